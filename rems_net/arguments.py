@@ -61,18 +61,22 @@ def misfit(
         if word not in takes:
             hint = nearest(word, takes) or otherwise.format(word=word)
             hint = f" Write {meant[word]}." if word in meant else hint
-            return f"{name}() does not take {word!r}. It takes {_listed(takes)}.{hint}"
+            return (
+                f"{name}() does not take {word!r}. It takes {_listed(takes)}."
+                f"{hint} (R0125)"
+            )
     if len(given) > len(places):
         named = [word for word in takes if word not in places]
         return (
             f"{name}() takes {_listed(places)} by place, and got {len(given)} values; "
-            f"write the others by name: {_listed(named)}."
+            f"write the others by name: {_listed(named)}. (R0125)"
         )
     lacks = [n for n in places[len(given) :] if _needed(takes[n]) and n not in kwargs]
     return (
-        f"{name}() is called without {_listed(lacks)}. It takes {_listed(takes)}."
+        f"{name}() is called without {_listed(lacks)}. It takes {_listed(takes)}. "
+        "(R0125)"
         if lacks
-        else f"{name}() got a value twice: {_listed(kwargs)}."
+        else f"{name}() got a value twice: {_listed(kwargs)}. (R0125)"
     )
 
 

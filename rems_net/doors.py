@@ -41,7 +41,10 @@ def door(
                 name=name,
                 obj=sys.modules[package],
             )
-        return getattr(import_module(of[name]), name)
+        # Found from now on without this function.
+        value: object = getattr(import_module(of[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
 
     def names() -> list[str]:
         return sorted([*vars(sys.modules[package]), *of])

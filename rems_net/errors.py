@@ -19,11 +19,13 @@ RemsError
 |-- ConformanceError       (AssertionError)   a robot does not do what robots must
 `-- MissingPartError       (ImportError)      an optional library is missing
 
-A message names the expected value, the received one, and the next thing to type.
+A message names the expected value, the received one, and the next thing to type. It
+ends in a code for the kind of mistake: `rems explain R0104` prints more about that one.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -160,6 +162,17 @@ def nearest(name: object, candidates: Iterable[str], cutoff: float = 0.6) -> str
         tail = text.rpartition("/")[2].lower()
         found = [low for low in lowered if low.rpartition("/")[2] == tail][:1]
     return f" Did you mean {lowered[found[0]]!r}?" if found else ""
+
+
+def uncoded(error: object) -> str:
+    """Return the message of an error without its code, for a longer sentence."""
+    return re.sub(r" \(R\d{4}\)$", "", str(error))
+
+
+def longer(error: object, more: str) -> str:
+    """Return a message with `more` behind it; its code stays at the end."""
+    text, bare = str(error), uncoded(error)
+    return f"{bare}{more}{text[len(bare) :]}"
 
 
 def some(names: Iterable[str], most: int = 12) -> str:

@@ -1,4 +1,4 @@
-"""Interrupts: a Ctrl+C is delayed where it would do harm, and never lost."""
+"""Interrupts and ends: a Ctrl+C is never lost, and a program that is over ends."""
 
 import logging
 import signal
@@ -7,10 +7,15 @@ from _thread import interrupt_main
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Protocol
+from weakref import WeakSet
 
 #: s. An interrupt is repeated after this time: the code that swallowed it is done by
 #: then.
 SOON = 0.05
+#: end of the name of a thread in which Zenoh calls back; Python waits for each of them
+CALLER = "(pyo3-closure)"
+CLOSER = "closing"
 
 
 @contextmanager
@@ -63,3 +68,49 @@ def _interrupt() -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         interrupt_main()
+
+
+class Closing:
+    """Closes what is still open when the program has nothing left to do.
+
+    Python ends a program after its last thread, and Zenoh's threads that call back end
+    with their session only. So a program that has not closed its session would never
+    end.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._open: WeakSet[Closes] = WeakSet()
+        self._waiting = False
+
+    def add(self, one: "Closes") -> None:
+        """Close it at the end of the program, if it still exists."""
+        with self._lock:
+            self._open.add(one)
+            if not self._waiting:
+                self._waiting = True
+                # Python waits for it: a thread that it cut off here would abort Zenoh.
+                threading.Thread(target=self._wait, name=CLOSER, daemon=False).start()
+
+    def _wait(self) -> None:
+        threading.main_thread().join()
+        while others := [t for t in threading.enumerate() if _works(t)]:
+            others[0].join()
+        for one in list(self._open):
+            one.close()
+
+
+class Closes(Protocol):
+    """Something that is open until it is closed."""
+
+    def close(self) -> None:
+        """Close it; a second call does nothing."""
+
+
+def _works(thread: threading.Thread) -> bool:
+    """Return whether a thread keeps the program alive for a reason."""
+    ends = thread is threading.main_thread() or thread.name.endswith((CALLER, CLOSER))
+    return not thread.daemon and not ends
+
+
+CLOSING = Closing()

@@ -37,9 +37,10 @@ def look_for(library: str, extra: str) -> None:
     """Raise MissingPartError if an optional library is not installed. Loads nothing."""
     if find_spec(library) is None:
         raise MissingPartError(
-            no_wheels(library)
-            or f"The driver {extra} needs the library {library}, which is not "
-            f'installed. Type: pip install "rems-net[{extra}]"'
+            f"{lack} (R0301)"
+            if (lack := no_wheels(library))
+            else f"The driver {extra} needs the library {library}, which is not "
+            f'installed. Type: pip install "rems-net[{extra}]" (R0301)'
         )
 
 
@@ -52,5 +53,6 @@ def load(library: str, extra: str) -> Any:
         raise MissingPartError(
             hiding(why)
             or f"The library {library} is installed but cannot be loaded: {why}. "
-            f'Type: pip install --force-reinstall "rems-net[{extra}]"'
+            f'Type: pip install --force-reinstall "rems-net[{extra}]" '
+            "(R0302)"
         ) from why

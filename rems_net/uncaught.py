@@ -68,7 +68,7 @@ def hiding_here(stems: Collection[str]) -> str:
 def _hides(hider: Path) -> str:
     return (
         f"{hider.name} hides the module {hider.stem!r}, which rems_net needs. "
-        f"Rename it, for example to my_{hider.name}."
+        f"Rename it, for example to my_{hider.name}. (R0312)"
     )
 
 

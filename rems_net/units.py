@@ -51,7 +51,7 @@ def __getattr__(name: str) -> Any:
     except unyt.exceptions.UnitParseError as why:
         known = (one for one in dir(unyt) if not one.startswith("_"))
         hint = nearest(name, __all__) or nearest(name, known)
-        raise UnitError(f"unyt knows no unit {name!r}.{hint}") from why
+        raise UnitError(f"unyt knows no unit {name!r}.{hint} (R0103)") from why
 
 
 def __dir__() -> list[str]:

@@ -1,7 +1,7 @@
 """Agent: a part of an experiment. It steps at each tick and never reads a clock."""
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from random import Random
 from typing import Any, ClassVar
@@ -15,6 +15,20 @@ from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
 
 PHASES = ("input", "robot", "world", "process", "output")
+
+
+class Seeded(Random):
+    """Random numbers that come from a seed alone."""
+
+    def seed(self, a: Any = None, version: int = 2) -> None:
+        """Begin again from the seed `a`. Raises SchemaError without one."""
+        if a is None:
+            raise SchemaError(
+                "self.random.seed() without a seed would take one of the system, and "
+                "no run could be repeated; leave the line out, since the experiment's "
+                "seed is set already, or write such as self.random.seed(1). (R0511)"
+            )
+        super().seed(a, version)
 
 
 class Agent:
@@ -84,7 +98,7 @@ class Agent:
         They come from the seed and its key alone, wherever it runs. For numpy:
         `numpy.random.default_rng(self.random.getrandbits(64))`, once, in `open`.
         """
-        return Random(f"{runtime(self).seed} {self.key}")
+        return Seeded(f"{runtime(self).seed} {self.key}")
 
     @classmethod
     def ports(cls) -> dict[str, Port]:
@@ -100,6 +114,11 @@ class Agent:
         """Return the Outs that it sets itself."""
         outs = cls._all_ports().items()
         return {k: v for k, v in outs if isinstance(v, Out) and v.marks}
+
+    @classmethod
+    @cache
+    def _own_outs(cls) -> tuple[str, ...]:
+        return tuple(cls.outs())
 
     @classmethod
     def _all_ports(cls) -> dict[str, Port]:
@@ -158,6 +177,8 @@ class Input(Agent):
     """An input: commands from a file, a keyboard, a program. Write `read`."""
 
     kind = "input"
+    #: whether a person moves it: it needs a run with a pace
+    by_hand: ClassVar[bool] = False
 
     @property
     def end(self) -> float | None:
@@ -182,7 +203,7 @@ class Input(Agent):
     def step(self, tick: Tick) -> None:
         values = self.read(tick)
         if values is not None:
-            outs = list(self.outs())
+            outs = self._own_outs()
             if len(outs) != 1:
                 what = "add one, such as value = Out(Schema(...))"
                 if outs:
@@ -190,6 +211,7 @@ class Input(Agent):
                 raise SchemaError(
                     f"{type(self).__name__} has {len(outs) or 'no'} Outs, so it is not "
                     f"clear where the value goes that read() has returned; {what}."
+                    " (R0503)"
                 )
             setattr(self, outs[0], values)
 
@@ -216,6 +238,14 @@ class Output(Agent):
     def step(self, tick: Tick) -> None:
         self.write(tick)
 
+    def expected(self, ports: Mapping[str, Schema]) -> list[str]:
+        """Return the names of the files and folders that it is going to make.
+
+        ports: the schemas of what its Ins read, by key. A run that is killed leaves
+        these names in run.json, so that the next run can move the files.
+        """
+        return []
+
     def made(self) -> list[Path]:
         """Return the files that this output has made; called after `close`."""
         return []
@@ -229,5 +259,5 @@ def files_of(output: Output) -> list[str]:
         return [str(path) for path in paths]
     raise SchemaError(
         f"{written(output, 'made')} returns {made!r:.60}; expected a list of paths, "
-        "such as [self.path]."
+        "such as [self.path]. (R0503)"
     )

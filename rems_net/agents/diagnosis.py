@@ -17,7 +17,9 @@ from rems_net.errors import (
     ExperimentError,
     RemsError,
     SchemaError,
+    longer,
     nearest,
+    uncoded,
 )
 from rems_net.uncaught import hiding, is_users
 
@@ -50,11 +52,16 @@ def describe(error: BaseException, n: int = 0, agent: object = None) -> str:
         return said
     ours = isinstance(error, RemsError)
     stood = "" if ours and not n else place(error) or _returned(agent)
-    cause = missing(error) or f"{error}{_hint(error)}"
+    cause = missing(error) or longer(error, _hint(error))
     what = str(error) if ours else f"{type(error).__name__}: {cause}"
     known = ("" if stood in what else stood, f"tick {n}" if n else "")
     where = ", ".join(part for part in known if part)
-    return f"{what} ({where})" if where else what
+    return placed(what if what != uncoded(what) else f"{what} (R0520)", where)
+
+
+def placed(sentence: str, where: str) -> str:
+    """Return a sentence with a place in brackets, in front of the sentence's code."""
+    return longer(sentence, f" ({where})" if where else "")
 
 
 def _hint(error: BaseException) -> str:
@@ -129,7 +136,7 @@ def lacking(cls: type, kind: str, call: str) -> SchemaError:
     close = get_close_matches(call.partition("(")[0], vars(cls), 1)
     hint = f" It has {close[0]!r}: rename it." if close else ""
     return SchemaError(
-        f"{cls.__name__} has no {call}, so the {kind} would do nothing.{hint}"
+        f"{cls.__name__} has no {call}, so the {kind} would do nothing.{hint} (R0501)"
     )
 
 
@@ -141,7 +148,7 @@ def check_call(owner: object, name: str, *words: str) -> None:
         own = inspect.signature(bound or function)
         raise SchemaError(
             f"{written(owner, name)} is `def {name}{own}`; expected "
-            f"`def {name}({', '.join(('self', *words))})`."
+            f"`def {name}({', '.join(('self', *words))})`. (R0502)"
         )
 
 
@@ -177,5 +184,5 @@ def no_keyboard(prompt: object = "", /) -> NoReturn:
     raise ExperimentError(
         "an agent cannot ask the keyboard, which is its script's "
         f"({where(threading.current_thread())}); ask before run(), and give it the "
-        "answer as a setting."
+        "answer as a setting. (R0430)"
     )

@@ -66,7 +66,7 @@ class Part:
         """Import the class. Raises ExperimentError naming this part, and the cause."""
         try:
             if self.problem:
-                raise ExperimentError(self.problem)
+                raise ExperimentError(f"{self.problem} (R0425)")
             return checked(self.kind, registry.load(self.reference, Path()))
         except RemsError as error:
             if self.origin == OURS:
@@ -89,11 +89,13 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
         raise ExperimentError(
             f"{kind} is an instance of {called}; expected the class itself, which is "
             f"built in a process of its own: write {called}, without parentheses."
+            " (R0426)"
         )
     if not isinstance(name, str):
         example = next(iter(registry.BUILT_IN[kind]), "my_file.py:MyClass")
         raise ExperimentError(
             f"{kind} is {name!r}; expected a name, such as {example!r}, or a class."
+            " (R0426)"
         )
     if ":" in name:
         return checked(kind, registry.load(name, folder))
@@ -102,7 +104,7 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
         if isinstance(getattr(sys.modules.get("__main__"), name, None), type):
             raise ExperimentError(
                 f"{kind} is {name!r}, a class of this script: write {name}, without "
-                "quotes."
+                "quotes. (R0426)"
             )
         have = ", ".join(known) or "none built in"
         hint = nearest(name, known)
@@ -111,14 +113,14 @@ def find(kind: str, name: object, folder: Path) -> type[Agent]:
                 hint = f" {name!r} is a {other}: a robot has its definition first."
         raise ExperimentError(
             f"There is no {kind} {name!r}; there is {have}, or your own as "
-            f"'my_file.py:MyClass'.{hint}"
+            f"'my_file.py:MyClass'.{hint} (R0425)"
         )
     first, *others = known[name]
     if others:
         both = " and ".join(f"{p.reference!r} of {p.origin}" for p in known[name])
         raise ExperimentError(
             f"There is more than one {kind} {name!r}: {both}. Uninstall one, or write "
-            "the one you mean in place of its name."
+            "the one you mean in place of its name. (R0425)"
         )
     return first.load()
 
@@ -129,6 +131,7 @@ def checked(kind: str, cls: type) -> type[Agent]:
     if not issubclass(cls, base):
         raise ExperimentError(
             f"{cls.__name__} is no {kind}; expected a subclass of {base.__name__}."
+            " (R0426)"
         )
     return cls
 
@@ -220,12 +223,12 @@ def reference(cls: type) -> str:
                 "or came with -c or through a pipe, so the process of its agent cannot "
                 "find it. Step it in this process, by run(direct=True), or put it into "
                 f"a file, such as mine.py, and write 'mine.py:{cls.__name__}'. A cell "
-                "that begins with %%writefile mine.py writes that file."
+                "that begins with %%writefile mine.py writes that file. (R0427)"
             )
     if "<locals>" in cls.__qualname__:
         raise ExperimentError(
             f"{cls.__qualname__} is defined inside a function, where the process of "
-            "its agent cannot find it; define it at the top of the file."
+            "its agent cannot find it; define it at the top of the file. (R0427)"
         )
     where = cls.__module__ if path is None else str(path.resolve())
     return f"{where}:{cls.__qualname__}"

@@ -57,7 +57,7 @@ class Slot:
         except KeyError:
             raise AttributeError(
                 f"{type(instance).__name__}.{self.name} has no value yet; settings get "
-                "theirs in __init__, ports in prepare()."
+                "theirs in __init__, ports in prepare(). (R0507)"
             ) from None
         return live
 
@@ -68,6 +68,7 @@ class Slot:
             raise FieldValueError(
                 f"{type(instance).__name__}.{self.name} is set to {values!r}; expected "
                 f"a dict of its fields, which are {', '.join(live.schema.paths)}."
+                " (R0507)"
             )
         if self.marks:
             _mark(own, self.name)
@@ -93,7 +94,7 @@ class Port(Slot):
             kind = type(self).__name__
             raise SchemaError(
                 f"{kind}({given!r:.60}) is no schema; write such as "
-                f"{kind}(Schema('speeds', {{'left': velocity()}}))."
+                f"{kind}(Schema('speeds', {{'left': velocity()}})). (R0509)"
             )
         #: the port from which it takes its schema
         self._like = schema if isinstance(schema, Port) else None
@@ -135,7 +136,7 @@ class Port(Slot):
             return self._schema
         raise SchemaError(
             f"The schema of {self.owner}.{self.name} is known only on an instance: "
-            "it depends on parameters or on a connection."
+            "it depends on parameters or on a connection. (R0507)"
         )
 
 
@@ -174,11 +175,18 @@ class Messages(dict[str, bytes]):
     """Messages in CDR by port key, of the ports that have written since it was cleared.
 
     schemas: of every port that is read, by port key.
+    agents: the badge of its host, by key of each agent that is read now.
+    callers: the ports by which processes call verbs.
+    called: calls from outside: the key of the agent, a sentence, and the badge of the
+        process that sent it; None for this one.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.schemas: dict[str, Schema] = {}
+        self.agents: dict[str, int] = {}
+        self.callers: list[str] = []
+        self.called: list[tuple[str, str, int | None]] = []
 
 
 def merge_slots(parts: Sequence[tuple[Slot, str]], name: str) -> Slot:

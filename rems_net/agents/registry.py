@@ -13,16 +13,23 @@ from types import ModuleType
 from typing import Any
 
 from rems_net.agents.diagnosis import describe
-from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
+from rems_net.errors import ExperimentError, RemsError, nearest, uncoded, whereabouts
 from rems_net.uncaught import LIBRARIES, NEEDED, hiding_here
 
 #: kind -> name -> `module:Class`; text, so that nothing is imported before its use
 BUILT_IN: dict[str, dict[str, str]] = {
-    "input": {"csv": "rems_net.inputs.csv:CsvInput"},
+    "input": {
+        "csv": "rems_net.inputs.csv:CsvInput",
+        "gamepad": "rems_net.inputs.gamepad:GamepadInput",
+        "hand": "rems_net.inputs.hand:HandInput",
+        "keyboard": "rems_net.inputs.hand:KeyboardInput",
+        "replay": "rems_net.inputs.replay:ReplayInput",
+    },
     "output": {
         "csv": "rems_net.outputs.csv:CsvOutput",
         "mcap": "rems_net.outputs.mcap:McapOutput",
         "pictures": "rems_net.outputs.pictures:PicturesOutput",
+        "plot": "rems_net.outputs.plot:PlotOutput",
     },
     "process": {},
     "world": {"world": "rems_net.agents.world:World"},
@@ -127,7 +134,7 @@ def check_starts(what: str) -> None:
         raise ExperimentError(
             f"{what} is called in a process of an agent, which starts no others: put "
             'the line under `if __name__ == "__main__":`, or step the experiment there '
-            "by its engine()."
+            "by its engine(). (R0430)"
         )
 
 
@@ -193,8 +200,8 @@ def asking_nobody(path: Path) -> Iterator[None]:
         builtins.input = before
 
 
-def load(reference: str, folder: Path) -> type:
-    """Import `module:Class` or `file.py:Class`. Raises ExperimentError."""
+def find(reference: str, folder: Path) -> tuple[object, ModuleType]:
+    """Return what has this name, such as `file.py:Class`, or None; and its module."""
     where, _, qualname = reference.rpartition(":")
     if where.endswith(".py"):
         module = load_file((folder / where).resolve())
@@ -203,15 +210,23 @@ def load(reference: str, folder: Path) -> type:
     found: object = module
     for part in qualname.split("."):
         found = getattr(found, part, None)
+    return found, module
+
+
+def load(reference: str, folder: Path) -> type:
+    """Import `module:Class` or `file.py:Class`. Raises ExperimentError."""
+    where, _, qualname = reference.rpartition(":")
+    found, module = find(reference, folder)
     if not isinstance(found, type):
         classes = [k for k, v in vars(module).items() if isinstance(v, type)]
         if line := _asked.get(str(getattr(module, "__file__", ""))):
             raise ExperimentError(
                 f"{where} has no class {qualname!r} before line {line}, where it calls "
                 "input(); an agent's process reads it up to there: put classes before."
+                " (R0429)"
             )
         raise ExperimentError(
-            f"{where} has no class {qualname!r}.{nearest(qualname, classes)}"
+            f"{where} has no class {qualname!r}.{nearest(qualname, classes)} (R0429)"
         )
     return found
 
@@ -223,12 +238,14 @@ def _import(name: str) -> ModuleType:
     except ScriptEnd:
         raise ExperimentError(
             f"{name} runs an experiment when it is imported; put the line with run() "
-            'under `if __name__ == "__main__":`.'
+            'under `if __name__ == "__main__":`. (R0430)'
         ) from None
     except RemsError:
         raise
     except ImportError as error:
-        raise ExperimentError(f"Cannot import {name!r}: {error}.") from None
+        raise ExperimentError(
+            f"Cannot import {name!r}: {uncoded(error)}. (R0429)"
+        ) from None
     except (Exception, SystemExit) as error:
         raise failure(error) from error
 
@@ -236,7 +253,9 @@ def _import(name: str) -> ModuleType:
 def failure(error: BaseException) -> ExperimentError:
     """Return an error of a user's code, in one sentence."""
     if isinstance(error, SyntaxError):
-        return ExperimentError(f"{error.filename}, line {error.lineno}: {error.msg}.")
+        return ExperimentError(
+            f"{error.filename}, line {error.lineno}: {error.msg}. (R0429)"
+        )
     return ExperimentError(describe(error))
 
 
@@ -252,7 +271,7 @@ def load_file(path: Path, name: str = "") -> ModuleType:
     if not path.is_file():
         if known is not None:
             return known
-        raise ExperimentError(f"There is no file {whereabouts(path, '.py')}")
+        raise ExperimentError(f"There is no file {whereabouts(path, '.py')} (R0401)")
     source = path.read_bytes()
     if known is not None and _sources.get(name) == source:
         return known

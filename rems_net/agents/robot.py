@@ -11,7 +11,7 @@ from rems_net.agents.diagnosis import lacking
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.agents.verbs import verb
+from rems_net.agents.verbs import is_verb, verb
 from rems_net.bodies.body import Embodied
 from rems_net.defdict import DefDict, Schema, anew, angle, changed, length
 from rems_net.errors import SchemaError
@@ -61,7 +61,14 @@ class Robot(Articulated, Agent):
             raise SchemaError(
                 f"{cls.__name__} defines reset(), by which a world puts robots back; "
                 "call the method rewind(self), and begin it with super().rewind()."
+                " (R0505)"
             )
+        for name, method in vars(cls).items():
+            if is_verb(method) and not is_verb(getattr(Robot, name, method)):
+                raise SchemaError(
+                    f"{cls.__name__}.{name} is a verb, and every robot has something "
+                    f"else by the name {name!r}; call it my_{name}. (R0505)"
+                )
 
     def __init__(
         self,
@@ -87,8 +94,9 @@ class Robot(Articulated, Agent):
         for port in ("command", "state"):
             if port not in self.__dict__:
                 raise SchemaError(
-                    f"{type(self).__name__} has no {port}: a definition says "
+                    f"{type(self).__name__} has no {port}: write in the definition "
                     f"`{port} = {'In' if port == 'command' else 'Out'}(Schema(...))`."
+                    " (R0509)"
                 )
         #: the schema of `initial`
         self.initial_schema = self._initial_schema()
@@ -138,7 +146,7 @@ class Robot(Articulated, Agent):
         raise SchemaError(
             f"{type(self).__name__}.motor_command() returned {told!r:.60}; expected a "
             "value of a schema that has all fields of the command, and what motors "
-            "obey besides: command.schema.merge(Schema(...))."
+            "obey besides: command.schema.merge(Schema(...)). (R0503)"
         )
 
     def step(self, tick: Tick) -> None:
@@ -150,7 +158,9 @@ class Robot(Articulated, Agent):
     def obey(self, tick: Tick) -> None:
         """Replace the command by the safe one if it is no longer valid."""
         run = runtime(self)
-        if run.must_stand(run.command_age(tick), self.max_age):
+        # Of several writers, each has an age of its own.
+        age = 0.0 if run.shares else run.command_age(tick)
+        if run.must_stand(age, self.max_age):
             be_safe(self)
         elif run.shares and (safe := run.overdue(tick, self.max_age)):
             self.__dict__["command"] = changed(self.command, safe)
@@ -169,9 +179,20 @@ class Robot(Articulated, Agent):
         raise lacking(driver_of(type(self)), "robot", "sense(self)")
 
 
-def be_safe(robot: Robot) -> None:
-    """Give a robot its safe command, as a new value. The old value is not changed."""
-    robot.__dict__["command"] = anew(robot.command)
+def be_safe(agent: Agent) -> None:
+    """Give an agent its safe command, as a new value. The old value is not changed."""
+    agent.__dict__["command"] = anew(agent.__dict__["command"])
+
+
+def takes_commands(agent: Agent | type[Agent]) -> bool:
+    """Return whether programs outside a run may command it: a robot, and some inputs.
+
+    Such an input has an In `command`, such as the stick that a person moves.
+    """
+    if agent.kind != "input":
+        return agent.kind == "robot"
+    port = agent.ins().get("command")
+    return port is not None and not port.is_open
 
 
 class Definition(Robot):
@@ -280,7 +301,7 @@ class Driver(Robot):
         """
         raise SchemaError(
             f"the driver {driver_of(cls).__name__} has no worlds: those of kinematic, "
-            "mujoco and pybullet can be shared."
+            "mujoco and pybullet can be shared. (R0432)"
         )
 
 

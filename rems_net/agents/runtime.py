@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 from rems_net.agents.background.jobs import Jobs
 from rems_net.agents.tick import Tick, time_of
+from rems_net.defdict import Rule
 
 #: Key of the runtime in an agent's `__dict__`. No attribute can have this name, so
 #: users' attributes may have any.
@@ -39,6 +40,7 @@ class Runtime:
     """
 
     __slots__ = (
+        "dt",
         "every",
         "feedback",
         "guard",
@@ -47,11 +49,11 @@ class Runtime:
         "jobs",
         "kind",
         "restarts",
+        "rules",
         "seed",
         "shares",
         "source_tick",
         "source_ticks",
-        "source_times",
         "sources",
         "stopped",
         "tick",
@@ -66,6 +68,8 @@ class Runtime:
         self.tick = Tick(0, 0.0, 0.0)
         #: seed of the experiment
         self.seed = 0
+        #: rules for the values that its Ins read
+        self.rules: tuple[Rule, ...] = ()
         #: how often the agent's process was started again after a crash
         self.restarts = 0
         self.jobs = Jobs()
@@ -74,9 +78,10 @@ class Runtime:
         #: If several agents write a robot's command: for each, by its port such as
         #: `command/input/base`, the safe values of the fields that it writes.
         self.shares: dict[str, dict[str, Any]] = {}
-        #: by In: the source tick of its value, and the fabric time of that tick [s]
+        #: by In: the source tick of its value
         self.source_ticks: dict[str, int] = {}
-        self.source_times: dict[str, float] = {}
+        #: s. Length of the run's ticks, of which this agent may step every k-th.
+        self.dt = 0.0
         #: the source tick of the values that the agent writes now
         self.source_tick = 0
         #: whether the agent has set one of its Outs in this step
@@ -92,7 +97,7 @@ class Runtime:
 
     def begin(self, tick: Tick) -> Tick:
         """Return the tick as this agent steps it; deliver the jobs that have ended."""
-        k = self.every
+        k, self.dt = self.every, tick.dt
         self.tick = tick if k == 1 else tick._replace(dt=time_of(k, tick.dt))
         self.touched = False
         if self.kind not in ("input", "process"):
@@ -117,15 +122,14 @@ class Runtime:
         elif self.kind == "input" and self.touched:
             self.source_tick = self.tick.n
 
-    def take(self, port: str, source_tick: int, dt: float) -> None:
-        """Note the source tick of the value that an In has now."""
-        self.source_ticks[port] = source_tick
-        self.source_times[port] = time_of(source_tick, dt)
+    def source_time(self, port: str) -> float | None:
+        """Return the fabric time [s] of an In's source tick; None without a value."""
+        n = self.source_ticks.get(port)
+        return None if n is None else time_of(n, self.dt)
 
     def forget(self) -> None:
         """Forget a clock that is gone, and how old the values are."""
         self.source_ticks.clear()
-        self.source_times.clear()
         self.source_tick = 0
 
     # -- may it move? ------------------------------------------------------------
@@ -148,8 +152,8 @@ class Runtime:
 
         port: of one of several writers, such as `command/input/base`.
         """
-        told = self.source_times.get(port)
-        return 0.0 if told is None else tick.t - tick.dt - told + SAME
+        n = self.source_ticks.get(port)
+        return 0.0 if n is None else tick.t - tick.dt - time_of(n, self.dt) + SAME
 
     def overdue(self, tick: Tick, max_age: float) -> dict[str, Any]:
         """Return safe values for those of several writers whose commands are too old.

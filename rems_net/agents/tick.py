@@ -22,7 +22,7 @@ class Tick(NamedTuple):
     def _refuse(self, _: object) -> NoReturn:
         raise TypeError(
             "a tick is not a number: tick.t is its time in seconds, tick.n its number, "
-            "tick.dt the seconds since the one before"
+            "tick.dt the seconds since the one before (R0512)"
         )
 
     def __mul__(self, other: object) -> NoReturn:

@@ -2,11 +2,11 @@
 
     class Gripper(Driver):
         @verb
-        def open(self, width: float) -> str: ...
+        def grip(self, width: float) -> str: ...
 
-From outside: `fabric.robot("arm").open(0.02)`, or ask `rems/robot/arm/@call/open` with
+From outside: `fabric.robot("arm").grip(0.02)`, or ask `rems/robot/arm/@call/grip` with
 the msgpack map `{"args": [0.02], "kwargs": {}}`. From a process that reads the robot,
-with `verbs = Verbs(car)` below: `self.verbs.open(0.02)`, done at the next tick.
+with `verbs = Verbs(car)` below: `self.verbs.grip(0.02)`, done at the next tick.
 """
 
 import inspect
@@ -20,7 +20,14 @@ from rems_net.agents.diagnosis import where
 from rems_net.agents.ports import In, Out
 from rems_net.agents.runtime import runtime
 from rems_net.defdict import Schema, text
-from rems_net.errors import AgentError, RemsError, SchemaError, WireError, nearest
+from rems_net.errors import (
+    AgentError,
+    RemsError,
+    SchemaError,
+    WireError,
+    nearest,
+    uncoded,
+)
 from rems_net.router.message import pack, read
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -44,6 +51,11 @@ def verb(method: Method) -> Method:
     return method
 
 
+def is_verb(method: object) -> bool:
+    """Return whether a method is marked as a verb."""
+    return hasattr(method, _MARK)
+
+
 def verbs_of(agent: object) -> dict[str, Callable[..., Any]]:
     """Return the methods of `agent` that are verbs, by name."""
     return {name: getattr(agent, name) for name in verb_names(type(agent))}
@@ -55,7 +67,7 @@ def verb_names(cls: type) -> list[str]:
         name
         for base in cls.__mro__
         for name, method in vars(base).items()
-        if hasattr(method, _MARK)
+        if is_verb(method)
     }
     return sorted(marked)
 
@@ -90,20 +102,24 @@ def call(
     if name not in verbs:
         have = ", ".join(sorted(verbs)) or "none"
         raise WireError(
-            f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)}"
+            f"there is no verb {name!r}; there is {have}.{nearest(name, verbs)} (R0513)"
         )
     signature = inspect.signature(verbs[name])
     try:
         signature.bind(*args, **kwargs)
     except TypeError as error:
-        raise WireError(f"{error}; expected {name}{signature}.") from None
+        raise WireError(
+            f"{uncoded(error)}; expected {name}{signature}. (R0513)"
+        ) from None
     return verbs[name](*args, **kwargs)
 
 
 def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
     """Return the arguments of a call. Raises WireError."""
     if len(payload) > LONGEST:
-        raise WireError(f"{len(payload)} bytes came; a call takes at most {LONGEST}.")
+        raise WireError(
+            f"{len(payload)} bytes came; a call takes at most {LONGEST}. (R0514)"
+        )
     words = read(payload) if payload else {}
     if type(words) is dict and words.keys() <= {"args", "kwargs"}:
         args, kwargs = words.get("args", []), words.get("kwargs", {})
@@ -111,7 +127,7 @@ def _words(payload: bytes) -> tuple[list[Any], dict[str, Any]]:
             return args, kwargs
     raise WireError(
         f"it is called with {words!r:.80}; expected a map such as "
-        '{"args": [0.02], "kwargs": {}}.'
+        '{"args": [0.02], "kwargs": {}}. (R0514)'
     )
 
 
@@ -128,8 +144,8 @@ def _packed(value: Any, what: str) -> bytes:
         return pack(plain(value))
     except TypeError as error:
         raise WireError(
-            f"{what} cannot travel over the fabric ({error}); expected numbers, text, "
-            "lists and dicts of them, or a DefDict."
+            f"{what} cannot travel over the fabric ({uncoded(error)}); expected "
+            "numbers, text, lists and dicts of them, or a DefDict. (R0514)"
         ) from None
 
 
@@ -146,7 +162,7 @@ def plain(value: Any) -> Any:
     if units is not None and str(units) != "dimensionless":
         raise TypeError(
             f"{value} has a unit, which would be lost: type its number, in the unit "
-            f"that the verb takes, or a text, '{value}'"
+            f"that the verb takes, or a text, '{value}' (R0514)"
         )
     if hasattr(value, "tolist"):  # numpy's scalars and arrays
         return value.tolist()
@@ -188,7 +204,7 @@ class Verbs(Out):
         if not isinstance(reads, In):
             raise SchemaError(
                 f"Verbs({reads!r:.60}) is of no In; write the In that reads the robot: "
-                "car = In(Cart.state), and below it verbs = Verbs(car)."
+                "car = In(Cart.state), and below it verbs = Verbs(car). (R0515)"
             )
         super().__init__(CALLS)
         self.reads = reads
@@ -199,7 +215,7 @@ class Verbs(Out):
     def __set__(self, instance: object, values: Any) -> None:
         raise SchemaError(
             f"{type(instance).__name__}.{self.name} is set, and it has the verbs of a "
-            f"robot, which are called: self.{self.name}.reset()."
+            f"robot, which are called: self.{self.name}.reset(). (R0515)"
         )
 
 
@@ -221,7 +237,7 @@ class Called:
         if not name.startswith("_"):
             raise SchemaError(
                 f"the verb {name!r} is set to {value!r:.60}; a verb is called: "
-                f"{name}({value!r:.60})"
+                f"{name}({value!r:.60}) (R0515)"
             )
         super().__setattr__(name, value)
 
@@ -234,7 +250,7 @@ def _note(
     n = run.tick.n
     if not n:
         raise SchemaError(
-            f"{key}.{verb}() is called before the first tick; call it in step."
+            f"{key}.{verb}() is called before the first tick; call it in step. (R0515)"
         )
     made = Call(n, key, verb, [*args], kwargs, where(current_thread()))
     kept = [old for old in read_calls(own[port.name]["calls"]) if old.n > n - KEPT]
@@ -242,13 +258,13 @@ def _note(
         said = json.dumps(plain([*kept, made]))
     except TypeError as error:
         raise SchemaError(
-            f"{key}.{verb}() is called with what cannot travel ({error}); expected "
-            "numbers, text, lists and dicts of them, or a DefDict."
+            f"{key}.{verb}() is called with what cannot travel ({uncoded(error)}); "
+            "expected numbers, text, lists and dicts of them, or a DefDict. (R0514)"
         ) from None
     if len(said) > MOST:
         raise SchemaError(
             f"the calls of {KEPT} ticks take {len(said)} bytes, with {key}.{verb}(); "
-            f"expected at most {MOST}: call less often, or with less."
+            f"expected at most {MOST}: call less often, or with less. (R0515)"
         )
     own[port.name].update({"calls": said})
 
@@ -267,12 +283,12 @@ def _chosen(process: Any, port: Verbs, robot: str) -> str:
     if not robot:
         raise SchemaError(
             f"{reads} reads {have}; choose the robot, such as "
-            f"self.{port.name}[{robots[0] if robots else 'robot/a'!r}].reset()."
+            f"self.{port.name}[{robots[0] if robots else 'robot/a'!r}].reset(). (R0515)"
         )
     if robot not in robots:
         raise SchemaError(
             f"the verbs of {robot!r} cannot be called: {reads} does not read it, but "
-            f"{have}.{nearest(robot, robots)}"
+            f"{have}.{nearest(robot, robots)} (R0515)"
         )
     return robot
 
@@ -282,9 +298,11 @@ def read_calls(said: str) -> Iterator[Call]:
     try:
         rows = [Call(*row) for row in json.loads(said or "[]")]
     except (ValueError, TypeError):
-        raise WireError(f"it is {said!r:.80}; expected a list of calls.") from None
+        raise WireError(
+            f"it is {said!r:.80}; expected a list of calls. (R0621)"
+        ) from None
     for row in rows:
         types = [type(word) for word in row]
         if types != [int, str, str, list, dict, str]:
-            raise WireError(f"it has {row!r:.80}; expected a call.")
+            raise WireError(f"it has {row!r:.80}; expected a call. (R0621)")
         yield row

@@ -160,7 +160,7 @@ class World(Agent):
             if name in taken:
                 raise SchemaError(
                     f"a thing is called {name!r}, and every world has something else "
-                    "by that name; give it another one."
+                    "by that name; give it another one. (R0432)"
                 )
             self.settle(name, OBJECT)
         still = {thing.name for thing in self.scene.things if not thing.mass}
@@ -181,7 +181,7 @@ class World(Agent):
         robots = sorted(robots, key=lambda robot: robot.key)
         first, *others = robots
         if not isinstance(first, Driver):
-            raise SchemaError(f"{first.key} has no driver.")
+            raise SchemaError(f"{first.key} has no driver. (R0432)")
         for other in others:
             _check_alike(self.key, first, other)
         scene = self.scene
@@ -249,11 +249,12 @@ def _check_alike(world: str, first: Driver, other: Robot) -> None:
         raise SchemaError(
             f"{first.key} is done by {names[0]} and {other.key} by {names[1]}, and a "
             f"world is made by one of them: give all robots of {world} the same driver."
+            " (R0432)"
         )
     mine, its = runtime(first).every, runtime(other).every
     if mine != its:
         raise SchemaError(
             f"{first.key} steps at every {mine} ticks and {other.key} at every "
             f"{its}; robots of one world move together: give all of {world} "
-            "the same `every`."
+            "the same `every`. (R0432)"
         )

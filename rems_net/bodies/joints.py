@@ -32,7 +32,7 @@ class Servo:
         if not (self.gain > 0 and self.speed > 0):
             raise SchemaError(
                 f"A servo has gain {self.gain} and speed {self.speed}; expected both "
-                "above 0."
+                "above 0. (R0209)"
             )
 
 
@@ -79,14 +79,17 @@ class Joint:
         if not 0 <= effort < inf or droop < 0 or (effort > 0 and droop == 0):
             raise SchemaError(
                 f"The motor of {name!r} has {what} {effort} and droop {droop}; "
-                f"expected both above 0, or no {what} for a joint that moves freely."
+                f"expected both above 0, or no {what} for a joint that moves "
+                "freely. (R0209)"
             )
         if self.servo is not None and not effort:
-            raise SchemaError(f"The servo of {name!r} has no motor: give it a {what}.")
+            raise SchemaError(
+                f"The servo of {name!r} has no motor: give it a {what}. (R0209)"
+            )
         if self.limits is not None and not self.limits[0] < self.limits[1]:
             raise SchemaError(
                 f"The limits of {name!r} are {self.limits}; expected the lower one "
-                "first."
+                "first. (R0209)"
             )
 
     @property
@@ -126,7 +129,7 @@ class Hinge(Joint):
                 raise SchemaError(
                     f"The rollers of {self.name!r} lie flat and not along the axle; "
                     f"got {self.rollers} on the axle {self.axis}. Try (0.7071, "
-                    "-0.7071, 0)."
+                    "-0.7071, 0). (R0215)"
                 )
 
     @property

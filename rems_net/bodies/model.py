@@ -5,7 +5,7 @@ sensors, and the robot's pose come from the definition.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rems_net.bodies.joints import Servo
@@ -71,7 +71,7 @@ class Model:
             if names.count(name) > 1:
                 raise SchemaError(
                     f"The Model of {Path(self.file).name} names the joint {name!r} "
-                    "twice; a joint is driven once, or held, or neither."
+                    "twice; a joint is driven once, or held, or neither. (R0213)"
                 )
 
 
@@ -81,6 +81,8 @@ class Source:
 
     path: of the user's file
     urdf: the same robot as plain URDF, see `bodies.files.urdf`; "" for an MJCF
+    plain, grips: of an MJCF for PyBullet: the robot as plain URDF, see
+        `bodies.files.plain`, and the friction of its links
     root: name of its first link or body
     held: joints of the file that are left out
     friction: as of a Model
@@ -91,6 +93,8 @@ class Source:
     root: str
     held: tuple[str, ...] = ()
     friction: float | Mapping[str, float] | None = None
+    plain: str = ""
+    grips: Mapping[str, float] = field(default_factory=dict)
 
     def grip(self, link: str) -> float | None:
         """Return the friction of a link; None for the file's."""

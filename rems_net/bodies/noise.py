@@ -33,11 +33,11 @@ class Noise:
     def __post_init__(self) -> None:
         spreads = [spread for _, spread in self.table]
         if min(self.relative, self.absolute, self.bias, self.step, *spreads) < 0:
-            raise SchemaError(f"Noise is not less than 0; got {self}.")
+            raise SchemaError(f"Noise is not less than 0; got {self}. (R0214)")
         reads = [read for read, _ in self.table]
         if reads != sorted(set(reads)):
             raise SchemaError(
-                f"What is read rises along a table of noise; got {reads}."
+                f"The readings in a table of noise rise; got {reads}. (R0214)"
             )
 
     def spread(self, true: float) -> float:
@@ -89,8 +89,8 @@ def _rows(
         ]
         if not found:
             raise SchemaError(
-                f"noise() speaks of {pattern!r}, and no number of {schema.name} is "
-                f"called so; there is {', '.join(schema.paths)}."
+                f"noise() names {pattern!r}, and no number of {schema.name} has "
+                f"that name; there is {', '.join(schema.paths)}. (R0214)"
             )
         yield from found
 

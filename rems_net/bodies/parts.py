@@ -17,7 +17,8 @@ def check_length(axis: Vector) -> None:
     """Raise SchemaError for an axis or a direction that is not a unit vector."""
     if abs(hypot(*axis) - 1) > 1e-6:
         raise SchemaError(
-            f"An axis or a direction has length 1, as (0, 1, 0) has; got {axis}."
+            "An axis or a direction has length 1, as (0, 1, 0) has; got "
+            f"{axis}. (R0215)"
         )
 
 
@@ -79,7 +80,8 @@ def lump(parts: Iterable[Part]) -> Lump:
     mass = sum(part.mass for part in parts)
     if not mass > 0:
         raise SchemaError(
-            "What moves needs a mass: give one of its parts more than 0 kg."
+            "A body that moves needs a mass: give one of its parts more than "
+            "0 kg. (R0210)"
         )
     centre = sum((part.mass * np.array(part.at) for part in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))

@@ -117,17 +117,18 @@ class Camera:
         check_length(self.direction)
         if self.every < 1:
             raise SchemaError(
-                f"every is 1 or more steps between two pictures; got {self.every}."
+                "every is 1 or more steps between two pictures; got "
+                f"{self.every}. (R0215)"
             )
         if self.width < 1 or self.height < 1:
             raise SchemaError(
                 f"A camera has 1 pixel or more each way, such as 52 by 39; got "
-                f"{self.width} by {self.height}."
+                f"{self.width} by {self.height}. (R0215)"
             )
         if not 0 < self.field_of_view < 3:
             raise SchemaError(
                 f"A camera's field of view is more than 0 and less than 3 rad; got "
-                f"{self.field_of_view:g}. In degrees: radians(50)."
+                f"{self.field_of_view:g}. In degrees: radians(50). (R0215)"
             )
 
     @property

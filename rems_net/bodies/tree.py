@@ -44,7 +44,7 @@ class Tree:
             twice = next(name for name in names if names.count(name) > 1)
             raise SchemaError(
                 f"Two joints of the body are called {twice!r}; each needs a name of "
-                "its own. Several may obey one `command`."
+                "its own. Several may obey one `command`. (R0213)"
             )
         #: numbers of the links that a motor moves
         self.motors = tuple(n for n, k in enumerate(self.links) if k.joint.effort)
@@ -59,7 +59,9 @@ class Tree:
         """Return the number of the link that this joint moves. Raises SchemaError."""
         if joint not in self.numbers:
             known = ", ".join(self.numbers) or "none"
-            raise SchemaError(f"The body has no joint {joint!r}; its joints: {known}.")
+            raise SchemaError(
+                f"The body has no joint {joint!r}; its joints: {known}. (R0207)"
+            )
         return self.numbers[joint]
 
     def _under(self, link: int) -> Iterator[int]:
@@ -122,7 +124,7 @@ class Tree:
                 positions[n] += by
         raise SchemaError(
             "The body's loops cannot be closed where the joints start: its links are "
-            "too short for it. Give `initial` other positions."
+            "too short for it. Give `initial` other positions. (R0216)"
         )
 
     def _gap(self, positions: Sequence[float]) -> tuple[Array, Array]:
@@ -193,7 +195,7 @@ def across(wheel: Hinge) -> Hinge:
     if not part or not isinstance(shape, Cylinder) or shape.axis != wheel.axis:
         raise SchemaError(
             f"The wheel {wheel.name!r} has rollers; expected of it one part, a "
-            f"cylinder about its axis {wheel.axis}, got {wheel.parts}."
+            f"cylinder about its axis {wheel.axis}, got {wheel.parts}. (R0215)"
         )
     out = float(np.dot(part.at, wheel.axis))
     at = (out * axle[0], out * axle[1], 0.0)

@@ -44,9 +44,9 @@ class Console:
                 except (TimeoutError, RefusedError):
                     continue
         raise FabricError(
-            f"nobody answers at {name}. Is it the Woodbot's port, is its firmware on "
+            f"no robot answers at {name}. Is it the Woodbot's port, is its firmware on "
             "it, and is it switched on? Press its reset button, and try again; for a "
-            "first firmware see docs/firmware.md."
+            "first firmware see docs/firmware.md. (R0701)"
         )
 
     def ask(self, command: str) -> list[str]:
@@ -65,13 +65,16 @@ class Console:
             if text == "ok":
                 return lines
             if text.startswith("error: "):
-                raise RefusedError(text.removeprefix("error: "))
+                why = text.removeprefix("error: ")
+                raise RefusedError(f"{why} (R0706)")
             lines.append(text)
 
     def set(self, name: str, value: str) -> None:
         """Set one of the robot's settings. Raises RefusedError."""
         if any(ord(c) < 32 for c in value):
-            raise RefusedError("a value has no line ends or other control characters")
+            raise RefusedError(
+                "a value has no line ends or other control characters (R0706)"
+            )
         try:
             self.ask(f"set {name} {value}")
         except RefusedError as error:
@@ -121,7 +124,9 @@ class Console:
         try:
             self._line.write(portion)
         except OSError as error:  # pyserial's errors are OSErrors, too
-            raise FabricError(f"the cable was pulled out, or: {error}") from None
+            raise FabricError(
+                f"the cable was pulled out, or: {error} (R0701)"
+            ) from None
 
     def _next(self, until: float, kind: str = "") -> Piece:
         """Return the next piece of this kind; others are dropped."""
@@ -131,11 +136,16 @@ class Console:
                 if piece.kind == kind or (not kind and piece.kind != "frame"):
                     return piece
             if time.monotonic() > until:
-                raise TimeoutError("the robot does not answer")
+                raise TimeoutError(
+                    "the robot does not answer; press its reset button, and "
+                    "try again (R0701)"
+                )
             try:
                 portion = self._line.read(max(1, self._line.in_waiting))
             except OSError as error:
-                raise FabricError(f"the cable was pulled out, or: {error}") from None
+                raise FabricError(
+                    f"the cable was pulled out, or: {error} (R0701)"
+                ) from None
             self._waiting += self._splitter.feed(portion)
 
     def _packet(self, until: float) -> tuple[Kind, bytes]:
@@ -149,7 +159,7 @@ class Console:
             if kind is not Kind.ERROR:
                 return kind, data
             if data[:1] != b"\0":
-                raise RefusedError(improv.error(data[0]))
+                raise RefusedError(f"{improv.error(data[0])} (R0706)")
 
     def _answered(self, seconds: float) -> None:
         """Wait for a state packet: ready, joining, or joined."""

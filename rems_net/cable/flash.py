@@ -64,7 +64,8 @@ def flash(
                 esptool.kill()
                 raise
     if esptool.returncode != 0:
-        raise FabricError(_refusal(image, device, written, said))
+        why = _refusal(image, device, written, said)
+        raise FabricError(f"{why} (R0704)")
 
 
 def look_for_esptool() -> None:
@@ -74,11 +75,11 @@ def look_for_esptool() -> None:
         found = version("esptool")
     except PackageNotFoundError:
         raise MissingPartError(
-            f"esptool, which writes to the board, is not installed. {todo}"
+            f"esptool, which writes to the board, is not installed. {todo} (R0704)"
         ) from None
     if int(found.partition(".")[0]) < OLDEST:
         raise MissingPartError(
-            f"esptool {found} is installed; expected {OLDEST} or newer. {todo}"
+            f"esptool {found} is installed; expected {OLDEST} or newer. {todo} (R0704)"
         )
 
 

@@ -44,12 +44,12 @@ def read(content: bytes) -> Frame:
     """Return the frame in the bytes from a Splitter. Raises WireError if damaged."""
     whole = content.replace(b"\xdb\xdc", b"\xc0").replace(b"\xdb\xdd", b"\xdb")
     if not _HEAD.size + _SUM.size <= len(whole) <= PAYLOAD + 8:
-        raise WireError(f"no frame has {len(whole)} bytes")
+        raise WireError(f"no frame has {len(whole)} bytes (R0621)")
     body, sum_ = whole[: -_SUM.size], _SUM.unpack(whole[-_SUM.size :])[0]
     if zlib.crc32(body) != sum_:
-        raise WireError("a frame has a wrong sum: it was damaged")
+        raise WireError("a frame has a wrong sum: it was damaged (R0621)")
     kind, connection, number = _HEAD.unpack_from(body)
     try:
         return Frame(Kind(kind), connection, number, body[_HEAD.size :])
     except ValueError:
-        raise WireError(f"no frame is of kind {kind}") from None
+        raise WireError(f"no frame is of kind {kind} (R0621)") from None

@@ -73,7 +73,7 @@ def load(path: Path) -> Image:
     if path.suffix != ".bin":
         raise ExperimentError(
             f"{path} is no image: expected a file that ends in .bin, such as "
-            "woodbot-0.1.0.bin."
+            "woodbot-0.1.0.bin. (R0704)"
         )
     content = _read(path, LARGEST)
     manifest = _manifest(path.with_suffix(".json"), path.name)
@@ -83,7 +83,7 @@ def load(path: Path) -> Image:
             f"{path} is damaged, or it is another image than {path.stem}.json "
             f"describes: it has {len(content)} bytes and the SHA-256 {found[:12]}..., "
             f"expected {manifest['bytes']} and {manifest['sha256'][:12]}.... Nothing "
-            "was written. Copy both files once more."
+            "was written. Copy both files once more. (R0704)"
         )
     read = ("chip", "offset", "version", "schemas")
     return Image(path, content, *(manifest[name] for name in read))
@@ -93,15 +93,15 @@ def _manifest(path: Path, image: str) -> dict[str, Any]:
     """Return the manifest; all fields that are used are there, with the right type."""
     if not path.exists():
         raise ExperimentError(
-            f"{path} is missing: it says for which chip {image} is, and its checksum. "
-            "Copy it to the same folder."
+            f"{path} is missing: it names the chip and the checksum of {image}. "
+            "Copy it to the same folder. (R0704)"
         )
     text = _read(path, LARGEST_MANIFEST)
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
         raise ExperimentError(
-            f"{path} is damaged: expected JSON. Copy it once more."
+            f"{path} is damaged: expected JSON. Copy it once more. (R0704)"
         ) from None
     kinds = {"chip": str, "offset": int, "bytes": int, "sha256": str, "version": str}
     kinds["schemas"] = dict
@@ -109,12 +109,13 @@ def _manifest(path: Path, image: str) -> dict[str, Any]:
         if not isinstance(found, dict) or type(found.get(name)) is not kind:
             raise ExperimentError(
                 f"{path} has no {name} that can be read. It is no manifest of an "
-                "image: copy it once more."
+                "image: copy it once more. (R0704)"
             )
     if found["chip"] not in CHIPS or not 0 <= found["offset"] < LARGEST:
         raise ExperimentError(
             f"{path} is for the chip {found['chip']!r} at offset {found['offset']}; "
             f"expected {', '.join(CHIPS)}, and an offset from 0 to {LARGEST - 1}."
+            " (R0704)"
         )
     manifest: dict[str, Any] = found
     return manifest
@@ -128,12 +129,15 @@ def _read(path: Path, most: int) -> bytes:
         if (size := path.stat().st_size) > most:
             raise ExperimentError(
                 f"{path} has {size} bytes; expected {most} at most. It is no image."
+                " (R0704)"
             )
         return path.read_bytes()
     except FileNotFoundError:
         raise ExperimentError(
             f"There is no file {path}. Type the path of the image that your teacher "
-            "gave you, or make one: docs/firmware.md says how."
+            "gave you, or make one, as in docs/firmware.md. (R0704)"
         ) from None
     except OSError as error:
-        raise ExperimentError(f"{path} can't be read: {error.strerror}.") from None
+        raise ExperimentError(
+            f"{path} can't be read: {error.strerror}. (R0704)"
+        ) from None

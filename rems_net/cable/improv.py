@@ -48,7 +48,7 @@ def packet(kind: Kind, data: bytes) -> bytes:
     Raises WireError for more than 255 bytes of data.
     """
     if len(data) > 255:
-        raise WireError(f"a packet of Improv holds 255 bytes; got {len(data)}")
+        raise WireError(f"a packet of Improv holds 255 bytes; got {len(data)} (R0621)")
     whole = START + bytes([kind, len(data)]) + data
     return b"\n" + whole + bytes([sum(whole) % 256]) + b"\n"
 
@@ -62,24 +62,26 @@ def command(which: Command, *texts: str) -> bytes:
 def read(whole: bytes) -> tuple[Kind, bytes]:
     """Return kind and data of a packet from a Splitter. Raises WireError."""
     if not whole.startswith(START) or len(whole) != HEAD + whole[HEAD - 1] + 1:
-        raise WireError(f"expected a packet of Improv, got {whole!r}")
+        raise WireError(f"expected a packet of Improv, got {whole!r} (R0621)")
     if sum(whole[:-1]) % 256 != whole[-1]:
-        raise WireError("a packet of Improv has a wrong sum: it was damaged")
+        raise WireError("a packet of Improv has a wrong sum: it was damaged (R0621)")
     try:
         return Kind(whole[HEAD - 2]), whole[HEAD:-1]
     except ValueError:
-        raise WireError(f"no packet of Improv is of type {whole[HEAD - 2]}") from None
+        raise WireError(
+            f"no packet of Improv is of type {whole[HEAD - 2]} (R0621)"
+        ) from None
 
 
 def texts(data: bytes) -> tuple[int, Sequence[str]]:
     """Return the command of a result, and its texts. Raises WireError."""
     if len(data) < 2 or data[1] != len(data) - 2:
-        raise WireError("a result of Improv has a wrong length")
+        raise WireError("a result of Improv has a wrong length (R0621)")
     found, at = [], 2
     while at < len(data):
         end = at + 1 + data[at]
         if end > len(data):
-            raise WireError("a text in a result of Improv goes past its end")
+            raise WireError("a text in a result of Improv goes past its end (R0621)")
         found.append(data[at + 1 : end].decode(errors="replace"))
         at = end
     return data[0], found

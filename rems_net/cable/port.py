@@ -33,8 +33,8 @@ def open_port(device: str, baud: int = BAUDS[0]) -> Line:
     try:
         line.open()
     except (OSError, ValueError) as error:
-        raise FabricError(refusal(device, error)) from None
+        raise FabricError(f"{refusal(device, error)} (R0701)") from None
     except Exception as error:  # termios.error: gone while opening
-        raise FabricError(refusal(device, OSError(*error.args))) from None
+        raise FabricError(f"{refusal(device, OSError(*error.args))} (R0701)") from None
     opened: Line = line
     return opened

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from rems_net.cable.console import Console, RefusedError
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, uncoded
 from rems_net.router.finding.address import host_and_port, is_here, to_endpoint
 
 #: The router address for a robot whose network is the cable itself.
@@ -41,30 +41,30 @@ def for_a_robot(address: str) -> str:
             f"{endpoint} means this laptop only on this laptop; a robot needs an "
             "address that `rems router serve` prints, such as --router "
             "tcp/192.168.1.20. Over the USB cable: --router cable, then `rems board "
-            "bridge`."
+            "bridge`. (R0706)"
         )
     if not endpoint.startswith("tcp/") or not host_and_port(endpoint)[1]:
-        raise FabricError(f"a robot speaks plain tcp only; got {endpoint}.")
+        raise FabricError(f"a robot speaks plain tcp only; got {endpoint}. (R0706)")
     return endpoint
 
 
 def check(wishes: Wishes) -> None:
     """Check the settings before any is sent. Raises FabricError for a wrong one."""
     if len(wishes.routers or ()) > len(ROUTERS):
-        raise FabricError(f"a robot remembers {len(ROUTERS)} routers at most.")
+        raise FabricError(f"a robot remembers {len(ROUTERS)} routers at most. (R0706)")
     if wishes.user and wishes.ssid is None:
-        raise FabricError("--user is of a network: say --ssid too.")
+        raise FabricError("--user is of a network: write --ssid, too. (R0706)")
     if wishes.ssid is None:
         return
     if not 0 < len(wishes.ssid.encode()) <= LONGEST_SSID:
-        raise FabricError(f"a network's name has 1 to {LONGEST_SSID} bytes.")
+        raise FabricError(f"a network's name has 1 to {LONGEST_SSID} bytes. (R0706)")
     length = len(wishes.password.encode())
     if length > LONGEST_PASSWORD:
-        raise FabricError(f"a password has {LONGEST_PASSWORD} bytes at most.")
+        raise FabricError(f"a password has {LONGEST_PASSWORD} bytes at most. (R0706)")
     if not wishes.user and 0 < length < 8:
         raise FabricError(
             "a password of a Wi-Fi network has at least 8 characters; leave it empty "
-            "for an open network, and say --user for one such as eduroam."
+            "for an open network, and write --user for one such as eduroam. (R0706)"
         )
 
 
@@ -97,7 +97,7 @@ def _join(
     try:
         said = console.join(ssid, password)
     except RefusedError as error:
-        raise FabricError(f"{error}. {_seen(console, ssid)}".rstrip()) from None
+        raise FabricError(f"{uncoded(error)}. {_seen(console, ssid)} (R0706)") from None
     tell(f"wifi: {said or 'joined'}")
 
 

@@ -24,7 +24,9 @@ def rule(
 
     def make(function: Callable[[Any], Any]) -> Rule:
         if not callable(function):
-            raise SchemaError(f"@rule(...) stands above a function, not {function!r}.")
+            raise SchemaError(
+                f"@rule(...) stands above a function, not {function!r}. (R0116)"
+            )
         called = name or getattr(function, "__name__", "rule")
         return Rule(
             called,
@@ -40,5 +42,8 @@ def rule(
 def _schema(name: str, given: Schema | Mapping[str, Any]) -> Schema:
     made = given if isinstance(given, Schema) else Schema(name, given)
     if not made.paths:
-        raise SchemaError(f"{name}: a rule names at least one field.")
+        raise SchemaError(
+            f"{name}: a rule names at least one field, such as "
+            f"{{'x': length()}}. (R0116)"
+        )
     return made

@@ -75,7 +75,7 @@ class Schema(Tree):
         if leaves is None:
             raise FieldValueError(
                 f"{self.name} cannot encode a value of {value.schema.name} "
-                f"as it is. Convert it: value.to({self.name.split('.')[-1]})"
+                f"as it is. Convert it: value.to({self.name.split('.')[-1]}) (R0120)"
             )
         return self.around(leaves).encode()
 
@@ -90,7 +90,8 @@ class Schema(Tree):
             if field.functions is not None:
                 raise SchemaError(
                     f"{self.name}: {path!r} is read through Python functions, which "
-                    f"cannot be sent. Give count() a table=, or convert before sending."
+                    "cannot be sent. Give count() a table=, or convert before "
+                    "sending. (R0121)"
                 )
         return self.description
 
@@ -142,7 +143,10 @@ class Schema(Tree):
         for path, field in self.rows():
             moved = _moved(path, new or {})
             if moved in made:
-                raise SchemaError(f"{self.name}: two fields would be named {moved!r}.")
+                raise SchemaError(
+                    f"{self.name}: two fields would be named {moved!r}. Rename one "
+                    "of them. (R0114)"
+                )
             made[moved] = field
         return Schema(name or self.name, made)
 
@@ -182,7 +186,7 @@ def merge_schemas(parts: Iterable[tuple[Schema, str]], name: str = "") -> Schema
                 raise SchemaError(
                     f"{path!r} is defined twice: {definition(merged[path])} by "
                     f"{origins[path]}, and {definition(field)} by {origin}. "
-                    f"Rename one of them, or give one a prefix."
+                    f"Rename one of them, or give one a prefix. (R0114)"
                 )
             if path not in merged:
                 merged[path], origins[path] = field, origin
@@ -199,7 +203,7 @@ def _check_nesting(
             group, field = (whose, its) if short == other else (its, whose)
             raise SchemaError(
                 f"{short!r} is a field in {field}, but a group in {group} "
-                f"({long!r}). Rename one of them."
+                f"({long!r}). Rename one of them. (R0114)"
             )
 
 

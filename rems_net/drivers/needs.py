@@ -4,7 +4,7 @@ from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.errors import SchemaError
 
 #: message for a world that is a file
-NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco."
+NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco. (R0204)"
 
 
 def missing(robot: Robot, method: str, why: str, example: str) -> SchemaError:
@@ -20,5 +20,6 @@ def missing(robot: Robot, method: str, why: str, example: str) -> SchemaError:
     )
     return SchemaError(
         f"{definition.__name__} has no {method}: the driver {driver.__name__} needs it "
-        f"for {why}. Write in {definition.__name__}, for example:\n    {example}"
+        f"for {why}. Write in {definition.__name__}, for example (R0303):\n"
+        f"    {example}"
     )

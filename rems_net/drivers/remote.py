@@ -23,6 +23,7 @@ from rems_net.errors import (
     WireError,
     nearest,
     some,
+    uncoded,
 )
 from rems_net.router import find
 from rems_net.router.asking import printable
@@ -85,7 +86,7 @@ class Remote(Driven):
         if agent[:1] != ["robot"] or [*map(is_name, (fabric, *agent))] != [True] * 3:
             raise SchemaError(
                 f"key is {self._key!r}; expected a fabric and its robot, such as "
-                'options = { key = "rems/robot/woodbot-7" }.'
+                'options = { key = "rems/robot/woodbot-7" }. (R0309)'
             )
 
     def rewind(self) -> None:
@@ -120,12 +121,12 @@ class Remote(Driven):
         except DeniedError as error:
             raise AgentError(
                 self.key,
-                f"{error} For you to drive {self._key}, a teacher brings that robot to "
-                "the class's fabric: rems agent start robot DEFINITION DRIVER --name "
-                f"{self._key.rpartition('/')[2]}",
+                f"{uncoded(error)} For you to drive {self._key}, a teacher brings that "
+                "robot to the class's fabric: rems agent start robot DEFINITION DRIVER "
+                f"--name {self._key.rpartition('/')[2]} (R0310)",
             ) from None
         except FabricError as error:
-            raise NoDeviceError(str(error)) from None
+            raise NoDeviceError(uncoded(error)) from None
         self._is_reset, self._safe = True, command()
         key, named = f"{self._key}/command", f"{command.name}@{command.digest}"
         self._put = session.putting(key, named, block=False, remote=True)
@@ -159,7 +160,9 @@ class Remote(Driven):
         theirs = {str(port): Schema.from_wire(wire) for port, wire in wires.items()}
         ours = self.published()
         if missing := sorted(ours.keys() - theirs.keys()):
-            raise SchemaError(f"{self._key} has no {missing[0]}, and {self.key} has.")
+            raise SchemaError(
+                f"{self._key} has no {missing[0]}, but {self.key} needs it. (R0310)"
+            )
         here, there = self.key, self._key
         self._command = ours.pop("command").converter(
             theirs["command"], source_label=here, target_label=there
@@ -178,7 +181,8 @@ class Remote(Driven):
         if name in there:
             return (
                 f"{self._key} is there, and has not answered for {PATIENCE:g} s: it is "
-                "frozen or cut off. Start it anew where it runs, or take another robot."
+                "frozen or cut off. Start it anew where it runs, or take another "
+                "robot. (R0310)"
             )
         known, bring = standing(session), "type"
         if known is not None and known.team and not is_of_team(known.team, fabric):
@@ -187,7 +191,7 @@ class Remote(Driven):
         return (
             f"there is no robot/{name} on {fabric!r} at {session.link.endpoint}.{hint} "
             f"To bring it, {bring}: rems agent start robot DEFINITION DRIVER --name "
-            f"{name} --fabric {fabric}"
+            f"{name} --fabric {fabric} (R0310)"
         )
 
     def _claim(self, holder: str) -> tuple[str, bytes]:
@@ -206,7 +210,7 @@ class Remote(Driven):
             raise AgentError(
                 self.key,
                 f"{self._key} was taken back by {self._taker}. Start this run anew "
-                "when you may have that robot again.",
+                "when you may have that robot again. (R0310)",
             )
         self._count += 1
         self._silent += 1

@@ -37,12 +37,12 @@ class Terminal:
         if sys.platform == "win32":
             raise FabricError(
                 "Windows has no pseudo-terminals, which emulated serial devices need. "
-                "Type it in WSL (wsl --install), and run rems there, too."
+                "Type it in WSL (wsl --install), and run rems there, too. (R0715)"
             )
         if path.exists():  # a dangling link is of a program that was killed
             raise FabricError(
                 f"there is something at {path} already, maybe another emulator. Give "
-                "another path with --port, or remove it."
+                "another path with --port, or remove it. (R0715)"
             )
         try:
             self.plug()
@@ -51,7 +51,7 @@ class Terminal:
                 self.unplug()
             raise FabricError(
                 f"no port can be put at {path}: {error.strerror}. Give another path "
-                "with --port, such as ./ttyRobot."
+                "with --port, such as ./ttyRobot. (R0715)"
             ) from error
 
     @property

@@ -61,7 +61,7 @@ class WebSocketPort:
             raise FabricError(
                 f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}. "
                 "Give another port, such as --port 8182; those below 1024 are the "
-                "system's."
+                "system's. (R0715)"
             ) from None
         self._server.setblocking(False)
         self.most = most

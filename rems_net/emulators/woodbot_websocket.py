@@ -152,7 +152,7 @@ class OriginalWoodbot:
         if quirk not in QUIRKS:
             raise ExperimentError(
                 f"{quirk!r} is no quirk of that firmware; it has {', '.join(QUIRKS)}."
-                f"{nearest(quirk, QUIRKS)}"
+                f"{nearest(quirk, QUIRKS)} (R0716)"
             )
         self.quirks.discard(quirk)
 
@@ -243,7 +243,7 @@ def listening(port: str = "") -> WebSocketPort:
     if number and not (number.isdecimal() and int(number) < 65536):
         raise ExperimentError(
             f"--port is {port!r}; expected a port, such as {PORT}, or an address and "
-            f"a port, such as 0.0.0.0:{PORT} for all computers of this network."
+            f"a port, such as 0.0.0.0:{PORT} for all computers of this network. (R0715)"
         )
     if number:
         return WebSocketPort(host, int(number), CLIENTS)

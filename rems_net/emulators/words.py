@@ -49,19 +49,19 @@ def read(emulator: Emulator[Any], words: str) -> Callable[[], None]:
         if word not in ways:
             expected = ", ".join(f"{name} {way}".strip() for way in ways)
             raise ExperimentError(
-                f"{name} {word!r} can't happen; expected: {expected}."
+                f"{name} {word!r} can't happen; expected: {expected}. (R0716)"
             )
         return ways[word]
     if name not in KNOWN:
         names = [*KNOWN, *own]
         raise ExperimentError(
             f"{name!r} is nothing that can happen to it; expected one of "
-            f"{', '.join(names)}.{nearest(name, names)}"
+            f"{', '.join(names)}.{nearest(name, names)} (R0716)"
         )
     heard = name in SHARES and rest[-1:] == ["heard"]
     rest = rest[:-1] if heard else rest
     if len(rest) != bool(KNOWN[name][0]):
-        raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))}")
+        raise ExperimentError(f"expected: {' '.join((name, KNOWN[name][0]))} (R0716)")
     value = _number(name, rest[0]) if rest else 0.0
     match name:
         case "echo":
@@ -89,5 +89,7 @@ def _number(name: str, word: str) -> float:
     except ValueError:
         value = -1.0
     if not 0 <= value <= most:
-        raise ExperimentError(f"{name} is {word!r}; expected a number, 0 to {most:g}.")
+        raise ExperimentError(
+            f"{name} is {word!r}; expected a number, 0 to {most:g}. (R0716)"
+        )
     return value

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.diagnosis import describe
+from rems_net.agents.diagnosis import describe, placed
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLED, CALLS, Call, call, read_calls, verbs_of
 from rems_net.engine.inlet import Inlet
@@ -19,6 +19,7 @@ class Calls(Inlet):
 
     def __init__(self, robot: Agent, source: str, here: Mapping[str, Agent]):
         super().__init__(robot, f"{CALLED}/{source}", source, here, CALLS)
+        self.every = 1  # it receives calls when the robot does not step, too
         self._due: list[Call] = []
         self._came: Value | None = None
         self.forget()
@@ -36,7 +37,7 @@ class Calls(Inlet):
         super().fill(tick)
         if self._came is not None:
             try:
-                self._receive(self._came.value["calls"])
+                self._receive(self._came[0]["calls"])
             except RemsError as error:  # the program writes calls in another form
                 self._drop(str(self.source), error, tick)
             self._came = None
@@ -44,7 +45,7 @@ class Calls(Inlet):
             while self._due:
                 self._do(self._due.pop(0), tick)
 
-    def _store(self, key: str, came: Value, dt: float) -> None:
+    def _store(self, key: str, came: Value) -> None:
         self._came = came
 
     def _receive(self, said: str) -> None:
@@ -62,9 +63,11 @@ class Calls(Inlet):
         """
         try:
             call(verbs_of(self.agent), one.verb, one.args, one.kwargs)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             said = describe(error) if not isinstance(error, RemsError) else str(error)
-            said = f"{one.robot}.{one.verb}(): {said} ({one.line}, tick {one.n})"
+            said = placed(
+                f"{one.robot}.{one.verb}(): {said}", f"{one.line}, tick {one.n}"
+            )
             assert self.source is not None
             if self.run.in_step:
                 process = "/".join(self.source.split("/")[:2])

@@ -6,10 +6,9 @@ the results of a tick depend on the agents alone, and not on where they run.
 """
 
 import inspect
-from collections.abc import Callable, Mapping, MutableMapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
 from rems_net.agents.diagnosis import OWN, failure
@@ -21,6 +20,7 @@ from rems_net.agents.world import Shared
 from rems_net.defdict import DefDict
 from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
+from rems_net.engine.outside import Visits
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.share import Share
 from rems_net.engine.wiring import Entry
@@ -34,19 +34,18 @@ After = Callable[[str, Tick], None]
 SHOWN = 5
 
 
-@dataclass(slots=True)
-class Phase:
+class Phase(NamedTuple):
     """The agents of one kind that take part, in the order of their keys.
 
-    calls: of verbs, by processes.  inlets: Ins that are connected.  given: Ins that
-    programs outside may fill, by key.
+    inlets: Ins that are connected, calls of verbs first.  given: Ins that programs
+    outside may fill, by key.  last: of its kind: each output has its own.
     """
 
     kind: str
-    calls: list[Calls]
     inlets: list[Inlet]
     given: dict[str, Inlet]
     steps: list[Step]
+    last: bool
 
 
 class Engine:
@@ -60,15 +59,26 @@ class Engine:
         self.given: MutableMapping[str, Any] = {}
         #: key of the agent whose code runs now; "" between agents
         self.acting = ""
+        #: calls of verbs that come from no agent
+        self.visits = Visits(self.inlets)
         self._phases: list[Phase] = []
         self._stepped = False
         self._draws = Draws()
 
     # -- once --------------------------------------------------------------------
 
-    def add(self, agent: Agent, sources: Mapping[str, str]) -> None:
-        """Add an agent that is prepared. sources: by In, its source."""
+    def add(
+        self,
+        agent: Agent,
+        sources: Mapping[str, str],
+        again: Iterable[Sequence[Any]] = (),
+    ) -> None:
+        """Add an agent that is prepared.
+
+        sources: by In, its source.  again: calls from outside, to be repeated.
+        """
         self.agents[agent.key] = agent
+        self.visits.plan(agent, again)
         runtime(agent).sources = sources
         several = {port.partition("/")[0] for port in sources if "/" in port}
         for port, one in agent.ins().items():
@@ -94,6 +104,7 @@ class Engine:
 
         Returns the files they made, and the first agent that failed, with the cause.
         """
+        self.visits.close()
         made: list[str] = []
         failed: tuple[str, str] | None = None
         for agent in self.agents.values():
@@ -143,12 +154,21 @@ class Engine:
         here = [a for key, a in sorted(self.agents.items()) if key in entries]
         present = [i for i in self.inlets if i.agent.key in entries]
         for kind in PHASES:
-            ins = [i for i in present if i.agent.kind == kind]
-            calls = [i for i in ins if isinstance(i, Calls)]
-            linked = [i for i in ins if i.source is not None and i not in calls]
-            free = {i.key: i for i in ins if i.source is None}
-            if steps := self._steps([agent for agent in here if agent.kind == kind]):
-                self._phases.append(Phase(kind, calls, linked, free, steps))
+            some = [agent for agent in here if agent.kind == kind]
+            # An output is not held up by a value that another one waits for. A
+            # recorder, which reads everything, waits for the most.
+            groups = [some]
+            if kind == "output":
+                groups = [[one] for one in sorted(some, key=_is_recorder)]
+            for group in groups:
+                keys = {agent.key for agent in group}
+                ins = [i for i in present if i.agent.key in keys]
+                linked = [i for i in ins if i.source is not None]
+                linked.sort(key=lambda i: not isinstance(i, Calls))
+                free = {i.key: i for i in ins if i.source is None}
+                if steps := self._steps(group):
+                    last = group is groups[-1]
+                    self._phases.append(Phase(kind, linked, free, steps, last))
 
     def _steps(self, agents: list[Agent]) -> list[Step]:
         """Return functions that step these agents: similar robots together."""
@@ -180,23 +200,20 @@ class Engine:
     def step(self, tick: Tick, after: After | None = None) -> None:
         """Do one tick. after: called with each phase's kind when it is done."""
         n, given = tick.n, self.given
+        self.visits.begin(n)
         for phase in self._phases:
-            for one in phase.calls:
-                self.acting = one.agent.key
-                one.fill(tick)
-                self.acting = ""
-            if given and phase.given:  # most robots of a swarm get nothing
-                for key in [*given]:
-                    inlet = phase.given.get(key)
-                    if inlet is not None and not n % inlet.run.every:
-                        inlet.fill(tick)
             for inlet in phase.inlets:
-                if not n % inlet.run.every:
+                if not n % inlet.every:
                     inlet.fill(tick)
+            if given and phase.given:  # most robots of a swarm get nothing
+                for key in phase.given.keys() & given.keys():
+                    if not n % phase.given[key].every:
+                        phase.given[key].fill(tick)
             for step in phase.steps:
                 step(tick)
-            if after is not None:
+            if after is not None and phase.last:
                 after(phase.kind, tick)
+        self.visits.end()
 
     def _step(
         self, acting: str, agent: Agent, runs: list[Runtime], step: Step, tick: Tick
@@ -229,9 +246,12 @@ class Engine:
         return self._stepped
 
     def hold(self, stopped: bool) -> None:
-        """Set whether every robot obeys its safe command from now on."""
+        """Set whether every robot obeys its safe command from now on.
+
+        Outputs know it, too: to record it.
+        """
         for agent in self.agents.values():
-            if isinstance(agent, Robot):
+            if isinstance(agent, Robot | Output):
                 runtime(agent).stopped = stopped
 
     def forget(self) -> None:
@@ -251,6 +271,10 @@ def _collect(agent: Agent, made: list[str]) -> None:
         made += files_of(agent)
 
 
+def _is_recorder(agent: Agent) -> bool:
+    return any(port.messages for port in agent.ins().values())
+
+
 def _refuse(agent: Agent, returned: object) -> None:
     """Raise SchemaError if a step returned a value that it should have set."""
     outs = list(agent.outs())
@@ -260,10 +284,10 @@ def _refuse(agent: Agent, returned: object) -> None:
         name = OWN.get(agent.kind, "step")
         raise SchemaError(
             f"{type(agent).__name__}.{name} has {word!r}, so nothing in it is done; "
-            f"write `def {name}(self, tick)` without {word!r}."
+            f"write `def {name}(self, tick)` without {word!r}. (R0502)"
         )
     if outs and isinstance(returned, Mapping | DefDict):
         raise SchemaError(
             f"{type(agent).__name__}.step returned {returned!r:.60}, which goes "
-            f"nowhere; set its Out: self.{outs[0]} = {returned!r:.60}"
+            f"nowhere; set its Out: self.{outs[0]} = {returned!r:.60} (R0503)"
         )

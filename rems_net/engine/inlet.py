@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any, Protocol
 
 from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema, lock
@@ -46,29 +47,26 @@ class Inlet:
     ):
         self.agent, self.port, self.source, self._here = agent, port, source, here
         self.key = f"{agent.key}/{port}"
-        self.phase = PHASES.index(agent.kind)
-        self.run = runtime(agent)
-        live = agent.__dict__.get(port)
-        #: None for an In that reads all ports of a glob: its value is a plain dict.
+        self.phase, self.every = PHASES.index(agent.kind), runtime(agent).every
+        self.run, self._own = runtime(agent), agent.__dict__
+        live = self._own.get(port)
+        #: None for an In of a glob, whose value is a plain dict
         self.schema: Schema | None = schema if live is None else live.schema
         self.sources: list[Source] = []
-        #: Sources that do not depend on the members of the run.
+        #: sources that do not depend on the members of the run
         self.steady: list[Source] = []
-        #: why values were dropped
         self._reasons = Reasons()
         self._many = source is not None and "*" in source
-        #: Whether no warning is due that its glob matches nothing: it was given, or the
-        #: class itself has the glob, for agents that may be there.
+        # A glob of the class itself is for agents that may be there.
         own = agent.ins().get(port)
-        self._lonely = own is not None and source == own.source
-        #: whether the warning that it reads more than one port was given
-        self._mixed = False
+        #: numbers of ports that it may read without a warning
+        self._usual = {0, 1} if own is not None and source == own.source else {1}
         #: makes the error of an agent that sets its In
         self._refuse = _refusal(port, agent.kind == "robot")
         if live is not None:
             lock(live, self._refuse)
         elif self.schema is None:
-            agent.__dict__[port] = {}
+            self._own[port] = {}
 
     def connect(self, entries: Mapping[str, Entry], network: Network | None) -> None:
         """Find the sources among all agents of the run, again.
@@ -95,8 +93,8 @@ class Inlet:
             self.run.feedback.add(self.port)
         self._check(read)
         if self.schema is None:
-            live, keys = self.agent.__dict__[self.port], {one.key for one in read}
-            for key in [k for k in live if k not in keys]:
+            live = self._own[self.port]
+            for key in live.keys() - {one.key for one in read}:
                 del live[key]
 
     def _made(self, written: Written, network: Network | None) -> Source:
@@ -104,8 +102,7 @@ class Inlet:
         if local is not None:
             theirs: Schema = local.__dict__[written.port].schema
         else:
-            # without other processes, an engine has all agents
-            assert network is not None
+            assert network is not None  # alone, an engine has all agents
             theirs = network.schema(written.digest)
         converter = self._conversion(written.key, theirs)
         if local is not None and entry.lockstep and self.run.in_step:
@@ -124,7 +121,7 @@ class Inlet:
         wanted = self._wanted(theirs)
         if self.schema is None:
             self.agent.__dict__[self.port][key] = lock(wanted(), self._refuse)
-        return theirs.converter(wanted, source_label=key, target_label=self.key)
+        return connect(theirs, wanted, self.run.rules, key, self.key)
 
     def _wanted(self, theirs: Schema) -> Schema:
         """Return the schema to which values of this writer are converted."""
@@ -132,12 +129,15 @@ class Inlet:
 
     def _check(self, read: list[Written]) -> None:
         """Warn, once each, of a glob that matches nothing or too much."""
-        if not read and self._many and not self._lonely:
-            self._lonely = True
+        count = min(len(read), 2)
+        if count in self._usual or not self._many:
+            return
+        if not read:
+            self._usual.add(count)
             self._warn("glob", f"reads {self.source!r}, which matches nothing yet.")
-        if self.schema is not None and len(read) > 1 and not self._mixed:
+        elif self.schema is not None:
             # A check refuses it; on an open fabric, agents come later.
-            self._mixed = True
+            self._usual.add(count)
             a, b, *more = (one.key for one in read)
             self._warn(
                 "glob",
@@ -149,10 +149,10 @@ class Inlet:
     def _warn(self, kind: str, text: str, tick: int = 0) -> None:
         warn(kind, f"{self.key} {text}", self.agent.key, tick)
 
-    def put(self, values: Mapping[str, Any], n: int, dt: float) -> None:
+    def put(self, values: Mapping[str, Any], n: int) -> None:
         """Set its value after tick n, for the engine's caller. Raises SchemaError."""
         assert self.schema is not None
-        self._store("", Value(self.schema(values), n), dt)
+        self._store("", (self.schema(values), n))
 
     def fill(self, tick: Tick) -> None:
         """Set the In to its value at this tick.
@@ -160,8 +160,10 @@ class Inlet:
         It gets a new object: a value that the agent has kept does not change.
         """
         if self.schema is None:
-            own = self.agent.__dict__
-            own[self.port] = {**own[self.port]}
+            self._own[self.port] = {**self._own[self.port]}
+        self._take(tick)
+
+    def _take(self, tick: Tick) -> None:
         for source in self.sources:
             try:
                 came = source.take(tick)
@@ -169,21 +171,21 @@ class Inlet:
                 self._drop(source.label, error, tick)
             except Gone:
                 if self.schema is None:
-                    self.agent.__dict__[self.port].pop(source.key, None)
+                    self._own[self.port].pop(source.key, None)
             else:
                 if came is not None:
-                    self._store(source.key, came, tick.dt)
+                    self._store(source.key, came)
 
-    def _store(self, key: str, came: Value, dt: float) -> None:
+    def _store(self, key: str, came: Value) -> None:
         value, source_tick = came
         lock(value, self._refuse)
         if self.schema is None:
-            self.agent.__dict__[self.port][key] = value
+            self._own[self.port][key] = value
         else:
-            self.agent.__dict__[self.port] = value
+            self._own[self.port] = value
         if self._many:  # an agent that left makes no value older
             source_tick = max(source_tick, self.run.source_ticks.get(self.port, 0))
-        self.run.take(self.port, source_tick, dt)
+        self.run.source_ticks[self.port] = source_tick
 
     def _drop(self, label: str, error: RemsError, tick: Tick) -> None:
         """Count a value that does not fit, and warn; it never ends an agent."""
@@ -200,7 +202,7 @@ class Inlet:
         """Return the time of its last value, and the drops. For any thread."""
         return {
             "source": self.source or "",
-            "heard": self.run.source_times.get(self.port),
+            "heard": self.run.source_time(self.port),
             "dropped": self._reasons.count,
             "reasons": [[*row] for row in list(self._reasons.rows.values())],
         }
@@ -222,7 +224,7 @@ def _refusal(port: str, robot: bool) -> Callable[[str], SchemaError]:
         return SchemaError(
             f"{path!r} of {port!r} is set, and {port} is an In: its value is another "
             f"agent's, and can only be read; {instead}, or copy it: "
-            f"mine = self.{port}.copy()"
+            f"mine = self.{port}.copy() (R0506)"
         )
 
     return refuse

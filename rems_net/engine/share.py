@@ -3,25 +3,28 @@
 from collections.abc import Mapping
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.rules import Rules, given_paths
 from rems_net.defdict import Schema, changed, lock
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.source import Value
 from rems_net.errors import ExperimentError
 
 
-def shared(own: Schema, theirs: Schema, reader: str, source: str) -> Schema:
-    """Return the fields of `own` that the writer gives: those with the same paths.
+def shared(
+    own: Schema, theirs: Schema, rules: Rules, reader: str, source: str
+) -> Schema:
+    """Return the fields of `own` that the writer gives: by the same paths, or rules.
 
-    reader, source: names of both, for the message. Raises ExperimentError for a writer
-    that gives none.
+    rules: of the reader.  reader, source: names of both, for the message. Raises
+    ExperimentError for a writer that gives none.
     """
-    given = {*theirs.paths}
+    given = given_paths(theirs, own, rules)
     paths = [path for path in own.paths if path in given]
     if not paths:
         raise ExperimentError(
             f"{source} is one of several writers of {reader} and gives none of its "
             f"fields: it has {', '.join(theirs.paths)}, and {reader} has "
-            f"{', '.join(own.paths)}."
+            f"{', '.join(own.paths)}. (R0420)"
         )
     return own.slice(*paths)
 
@@ -33,19 +36,19 @@ class Share(Inlet):
     """
 
     def __init__(self, robot: Agent, port: str, source: str, here: Mapping[str, Agent]):
-        self._own = port.partition("/")[0]
-        super().__init__(robot, port, source, here, robot.__dict__[self._own].schema)
-        self.key = f"{robot.key}/{self._own}"
+        self._whole = port.partition("/")[0]
+        super().__init__(robot, port, source, here, robot.__dict__[self._whole].schema)
+        self.key = f"{robot.key}/{self._whole}"
         self.run.shares[port] = {}
-        lock(robot.__dict__[self._own], self._refuse)
+        lock(self._own[self._whole], self._refuse)
 
     def _wanted(self, theirs: Schema) -> Schema:
         assert self.schema is not None
-        part = shared(self.schema, theirs, self.key, str(self.source))
+        rules = self.run.rules
+        part = shared(self.schema, theirs, rules, self.key, str(self.source))
         self.run.shares[self.port] = part().flat()
         return part
 
-    def _store(self, key: str, came: Value, dt: float) -> None:
-        own = self.agent.__dict__
-        own[self._own] = changed(own[self._own], came.value.flat())
-        self.run.take(self.port, came.source_tick, dt)
+    def _store(self, key: str, came: Value) -> None:
+        value, self.run.source_ticks[self.port] = came
+        self._own[self._whole] = changed(self._own[self._whole], value.flat())

@@ -91,7 +91,7 @@ def resolve(
         raise ExperimentError(
             f"{reader} is connected to {source!r}; expected <kind>/<name> or "
             "<kind>/<name>/<port>, such as 'input/keys' or 'robot/sim/state', or a "
-            "glob such as 'robot/ca*/state', where * is any letters."
+            "glob such as 'robot/ca*/state', where * is any letters. (R0422)"
         )
     if "*" in source:
         glob = source if len(chunks) == 3 else f"{source}/*"
@@ -101,24 +101,24 @@ def resolve(
     key = "/".join(chunks[:2])
     entry = agents.get(key)
     if entry is None:
-        have = ", ".join(sorted(agents)) or "nothing"
+        have = ", ".join(sorted(k for k, e in agents.items() if e.outs)) or "nothing"
         raise ExperimentError(
             f"{reader} is connected to {source!r}, and there is no {key!r}; "
-            f"there is {have}.{nearest(key, agents)}"
+            f"there is {have}.{nearest(key, agents)} (R0422)"
         )
     if len(chunks) == 3:
         if chunks[2] not in entry.outs:
             raise ExperimentError(
                 f"{reader} is connected to {source!r}, and {key} has no port "
                 f"{chunks[2]!r}; it has {', '.join(entry.outs)}."
-                f"{nearest(chunks[2], entry.outs)}"
+                f"{nearest(chunks[2], entry.outs)} (R0422)"
             )
         return [Written(entry, chunks[2])]
     outs = [port for port, digest in entry.outs.items() if digest != CALLS.digest]
     if len(outs) != 1:
         raise ExperimentError(
             f"{reader} is connected to {source!r}, which has {len(outs)} ports; "
-            f"say which: {', '.join(f'{key}/{p}' for p in outs)}."
+            f"write one of: {', '.join(f'{key}/{p}' for p in outs)}. (R0419)"
         )
     return [Written(entry, *outs)]
 

@@ -36,7 +36,7 @@ def sources() -> Path:
             return folder / "esp32_woodbot"
     raise MissingPartError(
         "The sources of the firmware are missing: expected the folder "
-        f"{here / 'esp32_woodbot'}. Install rems-net once more."
+        f"{here / 'esp32_woodbot'}. Install rems-net once more. (R0709)"
     )
 
 
@@ -86,7 +86,7 @@ def compiler() -> str:
         }.get(sys.platform, "sudo apt install gcc")
         raise MissingPartError(
             "The firmware runs here as a library that a C compiler makes, and none of "
-            f"{', '.join(COMPILERS)} is found. Type: {todo}"
+            f"{', '.join(COMPILERS)} is found. Type: {todo} (R0709)"
         )
     return found
 
@@ -110,12 +110,12 @@ def compile_into(made: Path, files: list[Path]) -> None:
     except subprocess.TimeoutExpired:
         raise MissingPartError(
             f"The C compiler {command[0]} took longer than {PATIENCE:g} s for the "
-            "firmware, and was ended. Try it once more."
+            "firmware, and was ended. Try it once more. (R0709)"
         ) from None
     except OSError as error:
         raise MissingPartError(
             f"The firmware's library cannot be kept in {made.parent}: "
-            f"{error.strerror or error}."
+            f"{error.strerror or error}. (R0709)"
         ) from None
 
 
@@ -133,4 +133,5 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
 
 def _failed(name: str, told: str) -> str:
     lines = [line for line in told.splitlines() if "error" in line] or ["no reason"]
-    return f"The C compiler {name} does not compile the firmware: {lines[0].strip()}"
+    first = lines[0].strip()
+    return f"The C compiler {name} does not compile the firmware: {first} (R0709)"

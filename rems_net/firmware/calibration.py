@@ -55,26 +55,28 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
     if np.abs(turned).max() < 0.1 * np.abs(speeds).max():
         raise ExperimentError(
             "it does not turn. Is it plugged in, and is the battery on? Or does "
-            "another one command the robot"
+            "another program command the robot? (R0712)"
         )
     if float(turned @ speeds) < 0:
         raise ExperimentError(
             "it turns the wrong way, or the plugs of both are swapped. Swap them, or "
-            f"set its reversed to {'no' if servo.reversed else 'yes'}"
+            f"set its reversed to {'no' if servo.reversed else 'yes'}. (R0712)"
         )
     moves = np.abs(turned) > STILL
     speeds, turned = speeds[moves], turned[moves]
     ahead = speeds > 0
     if min(ahead.sum(), (~ahead).sum()) < 1 or len(speeds) < 3:
         raise ExperimentError(
-            "it hardly turns in one direction: is something in its way"
+            "it hardly turns in one direction: is something in its way? (R0712)"
         )
     pulses = np.array([servo.pulse(speed) for speed in speeds])
     # One slope for both directions, and for each the pulse at which it begins to turn.
     rows = np.column_stack([pulses, ahead, ~ahead]).astype(float)
     (slope, one, other), *_ = np.linalg.lstsq(rows, turned, rcond=None)
     if slope == 0 or (slope > 0) == servo.reversed:
-        raise ExperimentError("its speed does not grow with its pulse: is it worn")
+        raise ExperimentError(
+            "its speed does not grow with its pulse: is it worn? (R0712)"
+        )
     starts, ends = -one / slope, -other / slope
     trim = (starts + ends) / 2
     # Noise can make a dead band of zero look negative.
@@ -82,6 +84,6 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
     if abs(trim) > MOST_TRIM or band > MOST_DEAD_BAND:
         raise ExperimentError(
             f"a trim of {trim:.0f} us and a dead band of {band:.0f} us are no servo's: "
-            "did something hold the robot"
+            "did something hold the robot? (R0712)"
         )
     return Servo(trim, band, abs(slope) * (REACH - band), servo.reversed)

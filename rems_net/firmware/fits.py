@@ -63,12 +63,12 @@ def check_needs(robot: str, found: Mapping[str, Schema]) -> None:
             if not isinstance(field, Field) or field.dtype != "float" or field.shape:
                 raise SchemaError(
                     f"{robot}.{port} has no float {path!r}, with which the firmware "
-                    "works."
+                    "works. (R0711)"
                 )
             if field.unit != unit:
                 raise SchemaError(
                     f"{robot}.{port}: {path!r} is in {field.unit or 'no unit'}; the "
-                    f"firmware works in {unit or 'no unit'}."
+                    f"firmware works in {unit or 'no unit'}. (R0711)"
                 )
 
 
@@ -77,16 +77,17 @@ def check(place: str, schema: Schema) -> None:
     if len(schema.fields) > MOST_FIELDS:
         raise SchemaError(
             f"{place}: {schema.paths[MOST_FIELDS]!r} is one field too many; the "
-            f"firmware takes {MOST_FIELDS}."
+            f"firmware takes {MOST_FIELDS}. (R0711)"
         )
     names: dict[str, str] = {}
     for path, field in schema.rows():
         if problem := _problem(path, field):
-            raise SchemaError(f"{place}: {path!r} {problem}")
+            raise SchemaError(f"{place}: {path!r} {problem} (R0711)")
         name = c_name(path)
         if name in names:
             raise SchemaError(
                 f"{place}: {path!r} and {names[name]!r} would both be {name!r} in C."
+                " (R0711)"
             )
         names[name] = path
 
@@ -138,6 +139,7 @@ def sizes(robot: str, schemas: Mapping[str, Schema]) -> Sizes:
         raise SchemaError(
             f"{robot}: a message of it may have {most} bytes, and zenoh-pico drops "
             f"those of more than {MOST}. Take away fields, or shorten their docs."
+            " (R0711)"
         )
     return found
 

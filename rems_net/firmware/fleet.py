@@ -71,7 +71,7 @@ class Fleet:
         if taken := [name for key, name in self._keys.items() if key in there]:
             raise ExperimentError(
                 f"There is a robot/{taken[0]} already, on "
-                f"{self._session.fabric!r}; give this one another: --name NAME"
+                f"{self._session.fabric!r}; give this one another: --name NAME (R0715)"
             )
         self._session.watch_presence(here, self._seen)
         try:
@@ -136,5 +136,5 @@ class Fleet:
                 text = f"ended: the process {death}"
                 self._say(name, Event("error", 0, name, "ended", text))
         if len(self.dead) == len(self._processes):
-            raise AgentError("rems board emulate", "all robots have ended")
+            raise AgentError("rems board emulate", "all robots have ended (R0715)")
         return self._present

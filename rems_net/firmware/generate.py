@@ -115,6 +115,7 @@ def write(definition: type[Definition], folder: Path) -> list[Path]:
     if not (folder / "codec.h").is_file():
         raise ExperimentError(
             f"{folder} is not the core of a Woodbot's firmware: it has no codec.h."
+            " (R0711)"
         )
     changed = [(p, text) for p, text in _files(definition, folder) if _read(p) != text]
     for path, text in changed:

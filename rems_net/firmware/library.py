@@ -174,7 +174,7 @@ def load_from(path: Path) -> CDLL:
     except (OSError, AttributeError, ValueError) as error:
         raise MissingPartError(
             f"The firmware's library {path} cannot be used: {error}. Remove it; it "
-            "is made anew."
+            "is made anew. (R0709)"
         ) from None
     check_mirrors(read_places(places))
     return loaded
@@ -209,5 +209,5 @@ def check_mirrors(there: dict[str, int]) -> None:
             raise MissingPartError(
                 f"The firmware's {what} {kind} {there.get(name, 'none')} in C, and "
                 f"{mine.get(name, 'none')} in rems_net/firmware/library.py. Write "
-                "it there as in the header, and in shared/library.c."
+                "it there as in the header, and in shared/library.c. (R0709)"
             )

@@ -49,12 +49,12 @@ def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
         raise MissingPartError(
             f"{error.cmd[0]} took longer than {build.PATIENCE:g} s for the firmware, "
             "and was ended. Try it once more, or without zenoh-pico: rems board "
-            "emulate ... --library"
+            "emulate ... --library (R0709)"
         ) from None
     except OSError as error:
         raise MissingPartError(
             f"The firmware's program cannot be kept in {made.parent}: "
-            f"{error.strerror or error}."
+            f"{error.strerror or error}. (R0709)"
         ) from None
 
 
@@ -79,6 +79,7 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
             raise MissingPartError(
                 "A zenoh-pico is installed, and the Woodbot can't be built over it: "
                 f"{' '.join(lines[1:9])} Without it: rems board emulate ... --library"
+                " (R0709)"
             )
         (Path(folder) / NAME).replace(made)
     return True

@@ -80,7 +80,7 @@ class EmulatedRobot:
         for name, value in settings.items():
             wrong = self._core.settings_set(place, name.encode(), value.encode())
             if wrong:
-                raise ExperimentError(f"{name} is {value!r}: {wrong.decode()}.")
+                raise ExperimentError(f"{name} is {value!r}: {wrong.decode()}. (R0715)")
         self._core.settings_store(place, byref(self.hardware))
         del memory
 

@@ -106,14 +106,17 @@ class Arm(ABC):
         if isinstance(goal, Pose):
             if pitch is not None or roll is not None:
                 raise FieldValueError(
-                    "A pose says how the tool is turned; leave out pitch and roll."
+                    "A pose says how the tool is turned; leave out pitch and "
+                    "roll. (R0220)"
                 )
             return Target(goal.position, goal.rotation)
         place: Any = goal
         position = Pose(place, np.eye(3)).position
         if pitch is None:
             if roll is not None:
-                raise FieldValueError("A roll is about a direction: give a pitch, too.")
+                raise FieldValueError(
+                    "A roll is about a direction: give a pitch, too. (R0220)"
+                )
             return Target(position)
         rotation = self.aim(position, pitch, roll or 0.0).rotation
         return Target(position, rotation, rolls=roll is None)
@@ -203,7 +206,7 @@ class Arm(ABC):
         if found.shape != self.low.shape or not np.isfinite(found).all():
             raise FieldValueError(
                 f"The joints are {q!r:.80}; expected {len(self.low)} finite numbers, "
-                f"of {', '.join(self.joints)}."
+                f"of {', '.join(self.joints)}. (R0220)"
             )
         clipped: Array = np.clip(found, self.low, self.high)
         return clipped
@@ -253,7 +256,10 @@ class Arm(ABC):
         if stops:
             said += f". At its stop there: {', '.join(stops)}"
         return UnreachableError(
-            f"{said}. The error's .nearest has those joints.", solution, away, off
+            f"{said}. The error's .nearest has those joints. (R0221)",
+            solution,
+            away,
+            off,
         )
 
 

@@ -73,7 +73,7 @@ class Articulated:
             names = ", ".join(map(repr, have)) or "no mechanism"
             raise FieldValueError(
                 f"{type(self).__name__} has {names}; got of={name!r}; expected "
-                f"the name of one.{nearest(name, have)}"
+                f"the name of one.{nearest(name, have)} (R0220)"
             )
         return have[name]
 

@@ -50,12 +50,12 @@ class ChainJoint:
         if abs(hypot(hypot(x, y), z) - 1) > 1e-6:
             raise SchemaError(
                 f"The axis of {self.name!r} is {self.axis}; expected a unit vector, "
-                "such as (0, 0, 1)."
+                "such as (0, 0, 1). (R0215)"
             )
         if not self.low < self.high:
             raise SchemaError(
                 f"The stops of {self.name!r} are {self.low} and {self.high}; expected "
-                "the lower one first."
+                "the lower one first. (R0215)"
             )
 
 

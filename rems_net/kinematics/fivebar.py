@@ -85,7 +85,8 @@ class FiveBar:
                 raise SchemaError(
                     f"The linkage does not close: with its servos at {float(top):.3f} "
                     f"and {float(bottom):.3f} rad the elbows are {1000 * apart:.1f} mm "
-                    f"apart; expected {1000 * abs(a - c):.1f} to {1000 * (a + c):.1f}."
+                    f"apart; expected {1000 * abs(a - c):.1f} to "
+                    f"{1000 * (a + c):.1f}. (R0216)"
                 )
             across: Any = sqrt(square)
         else:

@@ -48,7 +48,7 @@ class Pose:
             raise FieldValueError(
                 f"The rotation of a pose is {rotation.tolist()}; expected columns of "
                 "length 1, at right angles, right-handed. Pose.of(roll=, pitch=, yaw=) "
-                "makes one."
+                "makes one. (R0220)"
             )
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "rotation", rotation)
@@ -125,7 +125,7 @@ def _numbers(given: object, shape: tuple[int, ...], what: str, example: str) -> 
     if found.shape != shape or not np.isfinite(found).all():
         raise FieldValueError(
             f"The {what} of a pose is {' '.join(repr(given).split()):.80}; expected "
-            f"finite numbers of shape {shape}, such as {example}."
+            f"finite numbers of shape {shape}, such as {example}. (R0220)"
         )
     found.setflags(write=False)
     return found

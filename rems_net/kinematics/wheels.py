@@ -69,7 +69,7 @@ class Wheels:
         if asked.shape != (3,) or not np.isfinite(asked).all():
             raise FieldValueError(
                 f"A base is asked to go {twist!r:.80}; expected x, y and turn, in m/s, "
-                "m/s and rad/s, such as (0.2, 0, 0.5)."
+                "m/s and rad/s, such as (0.2, 0, 0.5). (R0220)"
             )
         matrix, scale = self.jacobian(), np.array([1.0, 1.0, TURN])
         speeds = np.linalg.pinv(matrix * scale[:, None]) @ (asked * scale)
@@ -88,7 +88,7 @@ class Wheels:
         if away > EXACT or off > EXACT / TURN:
             raise UnreachableError(
                 f"The base cannot go at {_told(asked)}: {why}. The nearest it can do "
-                f"is {_told(found)}.",
+                f"is {_told(found)}. (R0221)",
                 Twist(*found.tolist()),
                 away,
                 off,

@@ -32,6 +32,10 @@ C1, C2 = 4.16666666666666019037e-02, -1.38888888888741095749e-03
 C3, C4 = 2.48015872894767294178e-05, -2.75573143513906633035e-07
 C5, C6 = 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
+#: The last angle of `sincos`, and its result: a robot's sensors read with the heading
+#: with which its next step begins. It is the same object: -0.0 equals 0.0.
+_known: tuple[float, tuple[float, float]] = (0.0, (0.0, 1.0))
+
 
 def sin(x: Any) -> Any:
     """Return the sine of x rad."""
@@ -45,8 +49,13 @@ def cos(x: Any) -> Any:
 
 def sincos(x: Any) -> tuple[Any, Any]:
     """Return sine and cosine of x rad; for an array hardly slower than one of them."""
+    global _known
     if type(x) is float:
-        return _sine(x, 0), _sine(x, 1)
+        angle, found = _known
+        if x is not angle:
+            found = _sine(x, 0), _sine(x, 1)
+            _known = x, found
+        return found
     if type(x) is not np.ndarray or x.dtype != np.float64:
         return sin(x), cos(x)
     if x.size > FEW:

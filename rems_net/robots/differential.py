@@ -72,7 +72,8 @@ def figures(**given: tuple[float, str]) -> Settings:
         if name not in FIGURES:
             raise SchemaError(
                 f"figures() takes no {name!r}; it takes {', '.join(FIGURES)}."
-                f"{nearest(name, FIGURES)} Others go into a Settings of your own."
+                f"{nearest(name, FIGURES)} Others go into a Settings of your "
+                "own. (R0222)"
             )
     given.setdefault("arena_radius", (0.0, "of a round wall about it; 0 for none"))
     return Settings(

@@ -92,7 +92,7 @@ def _unknown(sense: Sensor) -> SchemaError:
     return SchemaError(
         f"A robot on wheels senses by Ray, Switch, Gyro, Accelerometer, Compass, "
         f"Encoder and Camera, not by {sense}. Give it a field in a Schema of your own, "
-        "and a line in measure()."
+        "and a line in measure(). (R0215)"
     )
 
 

@@ -153,7 +153,7 @@ def shaped(key: str) -> str:
     if why := fault(key):
         raise ExperimentError(
             f"{key.replace('$', '')!r} {why}; expected {RULE}, such as 'robot/*/state' "
-            "or 'robot/sim/**'."
+            "or 'robot/sim/**'. (R0610)"
         )
     return key
 

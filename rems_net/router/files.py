@@ -23,7 +23,7 @@ def check_files(count: int) -> None:
     except OSError:
         raise FabricError(
             f"This needs {count} more open files, and the system gives this program "
-            f"{len(held)}. Type `ulimit -n 1024` first, in this terminal."
+            f"{len(held)}. Type `ulimit -n 1024` first, in this terminal. (R0614)"
         ) from None
     finally:
         for handle in held:

@@ -81,7 +81,7 @@ def open_session(fabric: str = "", at: str = "") -> Session:
     raise NoRouterError(
         f"No fabric {fabric!r} is running on this machine. Start one with `rems run` "
         "or `rems demo --pace 1`, or go to that of a class with: rems router use "
-        "ADDRESS"
+        "ADDRESS (R0601)"
     )
 
 
@@ -244,6 +244,7 @@ def _join(note: Path, fabric: str) -> Session | None:
             f"Something listens at {endpoint}, where a run of yours has its router, "
             "and does not answer: is it frozen, by a debugger or by sleep? Go on with "
             f"it, or end it; if that port is another program's by now, type: rm {note}"
+            " (R0601)"
         ) from None
     if router in session.routers():
         return session
@@ -263,7 +264,7 @@ def credentials(endpoint: str = "") -> tuple[str, str]:
         there, missing = (USER, PASSWORD) if user else (PASSWORD, USER)
         raise FabricError(
             f"{there} is set, and {missing} is not. Set both, for a router that was "
-            "started with --users, or neither."
+            "started with --users, or neither. (R0606)"
         )
     if user or not endpoint:
         return user, password
@@ -298,4 +299,5 @@ def serve(fabric: str = FABRIC) -> tuple[Session, Path]:
     raise FabricError(
         f"None of the ports {PORT} to {PORT + TRIES - 1} on this machine is free for "
         f"a router. End some of the runs, or set {VARIABLE} to a running router."
+        " (R0613)"
     )

@@ -34,7 +34,7 @@ def check_name(name: object, what: str) -> str:
         return name
     raise ExperimentError(
         f"{what} is {name!r}; a name has 1 to 63 letters, digits, '_', '-' or '.', "
-        "and begins with a letter or a digit."
+        "and begins with a letter or a digit. (R0610)"
     )
 
 
@@ -54,7 +54,7 @@ def full_key(key: str, fabric: str = FABRIC) -> str:
         raise ExperimentError(
             f"{key!r} is not a key; expected <kind>/<name>/<port>, "
             f"such as robot/sim/state, or a glob such as 'robot/*/state' or "
-            "'robot/ca*/state', where * is any letters."
+            "'robot/ca*/state', where * is any letters. (R0610)"
         )
     if first == fabric or first == "**":
         return trimmed
@@ -64,10 +64,11 @@ def full_key(key: str, fabric: str = FABRIC) -> str:
             hint = nearest(first, KINDS)
             raise ExperimentError(
                 f"{key!r} is not a key: it begins with none of "
-                f"{', '.join(KINDS)}.{hint}"
+                f"{', '.join(KINDS)}.{hint} (R0610)"
             )
         return f"{fabric}/{trimmed}"
     raise ExperimentError(
         f"{key!r} begins with {first!r}; a key begins with the fabric's name "
         f"({fabric!r}) or with one of {', '.join(KINDS)}.{nearest(first, KINDS)}"
+        " (R0610)"
     )

@@ -49,12 +49,13 @@ class Mail:
     @property
     def payload(self) -> bytes:
         """The bytes that were sent. Raises WireError above MAX_PAYLOAD, uncopied."""
-        size = len(self._sample.payload)
-        if size > MAX_PAYLOAD:
+        payload = self._sample.payload  # Zenoh makes a new object at each access
+        if len(payload) > MAX_PAYLOAD:
             raise WireError(
-                f"{self.key}: {size} bytes came; expected at most {MAX_PAYLOAD}."
+                f"{self.key}: {self.size} bytes came; expected at most {MAX_PAYLOAD}."
+                " (R0621)"
             )
-        return self._sample.payload.to_bytes()
+        return payload.to_bytes()
 
     @property
     def schema(self) -> str:
@@ -114,7 +115,7 @@ class Question:
         if len(payload) > MAX_QUESTION:
             raise WireError(
                 f"{len(payload)} bytes came with a question for {self.key}; expected "
-                f"at most {MAX_QUESTION}."
+                f"at most {MAX_QUESTION}. (R0621)"
             )
         return bytes(payload.to_bytes())
 

@@ -31,6 +31,7 @@ def read(payload: bytes) -> Any:
     except UNPACK_ERRORS as error:
         raise WireError(
             f"These {len(payload)} bytes are no message: {error or 'no msgpack'}."
+            " (R0621)"
         ) from None
 
 
@@ -68,7 +69,7 @@ def read_stamp(payload: bytes) -> Stamp:
     """Read `[n, t]`, `[n, t, badge]` or `[n, t, badge, said]`. Raises WireError."""
     words = read(payload)
     if type(words) is not list or not 2 <= len(words) <= 4:
-        raise WireError("its stamp is no [n, t, badge].")
+        raise WireError("its stamp is no [n, t, badge]. (R0621)")
     n, t = words[0], words[1]
     badge = words[2] if len(words) > 2 else 0
     said = words[3] if len(words) > 3 else n
@@ -81,6 +82,6 @@ def read_stamp(payload: bytes) -> Stamp:
     ):
         raise WireError(
             f"its stamp is {words!r:.80}; expected [n, t, badge]: a tick, its time "
-            "in s and who wrote it."
+            "in s and who wrote it. (R0621)"
         )
     return Stamp(n, t, badge, said)

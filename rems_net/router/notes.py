@@ -57,7 +57,7 @@ def folder() -> Path:
         where = f"{VARIABLE} is {given!r}, and" if given else "In the temporary folder,"
         raise FabricError(
             f"{where} no folder for the notes of routers can be made there: "
-            f"{error.strerror or error}. {_elsewhere(bool(given))}"
+            f"{error.strerror or error}. {_elsewhere(bool(given))} (R0612)"
         ) from None
     _check(made, status)
     return made
@@ -90,7 +90,7 @@ def _check(path: Path, status: os.stat_result) -> None:
     if what:
         raise FabricError(
             f"{path}, where the notes of running routers are, {what}; expected a "
-            f"folder of yours alone. {todo}"
+            f"folder of yours alone. {todo} (R0612)"
         )
 
 
@@ -106,7 +106,7 @@ def write(fabric: str, port: int, note: Note) -> Path:
     except OSError as error:
         raise FabricError(
             f"Cannot write {path}, by which other programs find this fabric: "
-            f"{error.strerror or error}."
+            f"{error.strerror or error}. (R0612)"
         ) from None
     return path
 
@@ -186,5 +186,5 @@ def _load(note: Path) -> dict[str, Any]:
 def _foreign(note: Path, what: str) -> FabricError:
     return FabricError(
         f"{note} {what}, so it is not believed; expected a note that a run of yours "
-        f"has left. Type: rm {note}"
+        f"has left. Type: rm {note} (R0612)"
     )

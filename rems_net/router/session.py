@@ -152,11 +152,13 @@ class Session:
     @property
     def _open(self) -> zenoh.Session:
         if self._zenoh is None:
-            raise FabricError("This session is closed; open it with `with` first.")
+            raise FabricError(
+                "This session is closed; open it with `with` first. (R0615)"
+            )
         if os.getpid() != self._pid:
             raise FabricError(
                 "This session was opened before a fork, and Zenoh does not survive "
-                "one; start processes by multiprocessing's 'spawn'."
+                "one; start processes by multiprocessing's 'spawn'. (R0615)"
             )
         return self._zenoh
 
@@ -198,12 +200,15 @@ class Session:
             allowed_destination=where.REMOTE if remote else where.ANY,
         )
 
-    def put(self, key: str, payload: bytes, schema: str = "") -> None:
+    def put(
+        self, key: str, payload: bytes, schema: str = "", *, stamp: bytes | None = None
+    ) -> None:
         """Put one value reliably, without a publisher."""
         self._open.put(
             key,
             payload,
             encoding=encoding(schema),
+            attachment=stamp,
             congestion_control=zenoh.CongestionControl.BLOCK,
             priority=zenoh.Priority.INTERACTIVE_HIGH,
         )

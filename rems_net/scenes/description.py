@@ -30,7 +30,7 @@ def described(said: DefDict, folder: Path) -> Scene:
         if walls or things:
             raise SchemaError(
                 f"mjcf = {said['mjcf']!r} is the whole place: write walls and things "
-                "in that file, or leave mjcf out."
+                "in that file, or leave mjcf out. (R0217)"
             )
         bodies = _bodies(Path(mjcf), said["mjcf"])
     _check_names([*(thing.name for thing in things), *bodies])
@@ -44,10 +44,13 @@ def _four(said: DefDict) -> Iterator[Wall]:
     if not (length and width):
         raise SchemaError(
             f"size is [{length:g}, {width:g}]; expected length and width, such as "
-            "[2.0, 1.0], or neither."
+            "[2.0, 1.0], or neither. (R0217)"
         )
     if said["radius"]:
-        raise SchemaError("there is a radius and a size: an arena is round or square.")
+        raise SchemaError(
+            "there is a radius and a size; an arena is round or square: "
+            "keep one. (R0217)"
+        )
     height = float(said["wall_height"])
     # Walls meet at the corners, outside of the area.
     thick = WALL_THICKNESS
@@ -63,7 +66,7 @@ def _wall(said: DefDict) -> Wall:
     length = float(hypot(to_x - x, to_y - y))
     if not length:
         raise SchemaError(
-            f"a wall starts and ends at [{x:g}, {y:g}]; say where else it ends."
+            f"a wall starts and ends at [{x:g}, {y:g}]; give it another end. (R0217)"
         )
     height = said["height"]
     middle = ((x + to_x) / 2, (y + to_y) / 2, height / 2)
@@ -121,10 +124,12 @@ def _check_names(names: Iterable[str]) -> None:
         if not is_chunk(name):
             raise SchemaError(
                 f"a thing is called {name!r}; each has a name of letters, digits, '_' "
-                "and '-', such as 'crate', at which it can be read."
+                "and '-', such as 'crate', at which it can be read. (R0218)"
             )
         if name in known:
-            raise SchemaError(f"two things are called {name!r}; give one another name.")
+            raise SchemaError(
+                f"two things are called {name!r}; give one another name. (R0218)"
+            )
         known.add(name)
 
 
@@ -142,13 +147,14 @@ def _bodies(path: Path, said: str) -> tuple[str, ...]:
         root = ElementTree.fromstring(read_file(path, DESCRIPTION))
     except OSError as error:
         raise SchemaError(
-            f"mjcf is {said!r}, and {path} cannot be read: {error.strerror}."
+            f"mjcf is {said!r}, and {path} cannot be read: {error.strerror}. (R0201)"
         ) from None
     except (ElementTree.ParseError, LookupError) as error:
-        raise SchemaError(f"{said} is no XML: {error}.") from None
+        raise SchemaError(f"{said} is no XML: {error}. (R0202)") from None
     if root.tag != "mujoco":
         raise SchemaError(
-            f"{said} begins with <{root.tag}>; a MuJoCo model (MJCF) with <mujoco>."
+            f"{said} begins with <{root.tag}>; a MuJoCo model (MJCF) with "
+            "<mujoco>. (R0202)"
         )
     found = root.findall("worldbody/body")
     names = [str(body.get("name")) for body in found if body.get("name")]

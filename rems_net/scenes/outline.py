@@ -69,12 +69,12 @@ def of_wall(wall: Wall) -> Outline:
     """Return the outline of a wall."""
     s, c = sincos(wall.yaw)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return _outline([_corners(Box(wall.size), np.array(wall.at), turn)], 0.0)
+    return _outline([corners(Box(wall.size), np.array(wall.at), turn)], 0.0)
 
 
 def of_thing(thing: Thing) -> Outline:
     """Return the outline of a thing, at its place in the scene."""
-    return _outline([_corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
+    return _outline([corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
 
 
 def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
@@ -114,7 +114,7 @@ def check_places(
             raise SchemaError(
                 f"{key} starts at x = {x:g} m, y = {y:g} m, where {name} is; one place "
                 f"holds one of them: give {key} another `initial`, such as "
-                f"{_free(body, there)}."
+                f"{_free(body, there)}. (R0219)"
             )
         there.append((key, mine))
 
@@ -126,7 +126,8 @@ def check_free(
     if name := met(body.at(place), others):
         raise AgentError(
             key,
-            f"{name} is where it starts: drive that away, or reset the whole world.",
+            f"{name} is where it starts: drive that away, or reset the whole "
+            "world. (R0219)",
         )
 
 
@@ -144,10 +145,20 @@ def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
 def _points(parts: Sequence[Part], at: Array, turn: Array) -> Iterator[Array]:
     for part in parts:
         if part.friction is not None:
-            yield _corners(part.shape, at + turn @ np.array(part.at), turn)
+            yield corners(part.shape, at + turn @ np.array(part.at), turn)
 
 
-def _corners(shape: Shape, at: Array, turn: Array) -> Array:
+def outline_of(shapes: Sequence[Array], *, joined: bool) -> list[list[list[float]]]:
+    """Return the corners of each of these shapes, or of all together, in 0.1 mm.
+
+    shapes: points (n, 3) of each, m
+    """
+    groups = [shapes] if joined else [[one] for one in shapes]
+    found = [_outline(group, 0.0).corners for group in groups if group]
+    return [np.round(one, 4).tolist() for one in found]
+
+
+def corners(shape: Shape, at: Array, turn: Array) -> Array:
     """Return points (n, 3) whose convex hull is the shape, or nearly so."""
     match shape:
         case Box(size):
@@ -177,10 +188,10 @@ def _outline(points: Sequence[Array], height: float) -> Outline:
     if not points:
         return Outline(np.zeros((0, 2)), 0.0, 0.0, 0.0)
     every = np.concatenate(points)
-    corners = _hull([(float(x), float(y)) for x, y, _ in every])
+    edge = _hull([(float(x), float(y)) for x, y, _ in every])
     heights = every[:, 2] + height
-    reach = float(np.sqrt((corners**2).sum(axis=1).max()))
-    return Outline(corners, float(heights.min()), float(heights.max()), reach)
+    reach = float(np.sqrt((edge**2).sum(axis=1).max()))
+    return Outline(edge, float(heights.min()), float(heights.max()), reach)
 
 
 def _hull(points: Sequence[tuple[float, float]]) -> Array:

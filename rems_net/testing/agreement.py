@@ -138,7 +138,7 @@ def _reading(robot: Driven, where: Bench) -> tuple[dict[str, Any], float]:
         if abs(wall() - robot.reading_age - before) < 5e-4:
             return where.where(), before
         time.sleep(1e-3)
-    raise TimeoutError("its device says nothing")
+    raise TimeoutError("its device does not answer (R0701)")
 
 
 def _columns(

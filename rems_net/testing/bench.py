@@ -35,7 +35,7 @@ class Bench:
         robot, n, run = self.robot, self.n, runtime(self.robot)
         if values is not None:
             robot.__dict__["command"] = robot.schemas()["command"](values)
-            run.take("command", n, self.dt)
+            run.source_ticks["command"] = n
         robot.step(run.begin(Tick(n, time_of(n, self.dt), self.dt, self.pace)))
         run.end()
 

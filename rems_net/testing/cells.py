@@ -67,7 +67,7 @@ def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
             names = [*(definitions | drivers)]
             raise ExperimentError(
                 f"There is no definition and no driver {name!r}; there is "
-                f"{', '.join(names)}.{nearest(name, names)}"
+                f"{', '.join(names)}.{nearest(name, names)} (R0425)"
             )
     rows = [d for d in definitions if d in only] or list(definitions)
     columns = [d for d in drivers if d in only and d not in rows] or list(drivers)

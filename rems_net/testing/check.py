@@ -73,7 +73,7 @@ def check_robot(
     found = examine(subject, moves=moves, alone=alone, only=only)
     report = Report(subject.title, list(found))
     if not report.ok:
-        raise ConformanceError(str(report))
+        raise ConformanceError(f"{report} (R0316)")
     return report
 
 
@@ -92,7 +92,7 @@ def examine(
         raise ExperimentError(
             f"{subject.title} is really driven, and each of its commands is tried at a "
             "tenth of what it can do: put it on a stand, or where it has a metre of "
-            "room. Then say so: moves=True, or rems check ... --moves"
+            "room. Then allow it: moves=True, or rems check ... --moves (R0912)"
         )
     why, known = "", dict[str, str]()
     for check in (*FIRST, *_chosen(only, alone)):
@@ -112,7 +112,7 @@ def _chosen(only: Collection[str], alone: bool) -> list[Check]:
         if name not in every:
             raise ExperimentError(
                 f"There is no check {name!r}; there is {', '.join(every)}."
-                f"{nearest(name, every)}"
+                f"{nearest(name, every)} (R0912)"
             )
     chosen = (*REST, *(() if alone else LAST))
     return [check for check in chosen if not only or check.__name__ in only]

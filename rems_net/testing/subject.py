@@ -41,7 +41,7 @@ class Subject:
                 raise ExperimentError(
                     f"{one.__name__} is a definition and a driver in one class; an "
                     f"experiment takes the two apart. Give the {kind} alone, such as "
-                    "'woodbot' and 'mujoco'."
+                    "'woodbot' and 'mujoco'. (R0912)"
                 )
         assert issubclass(found, Definition)
         assert issubclass(done, Driver)

@@ -74,6 +74,7 @@ def expected(ticks: int = 60) -> str:
             "lead.csv",
             "log.txt",
             "run.json",
+            "run.mcap",
         ]
         rows = (out / "dog.csv").read_text(encoding="utf-8").splitlines()
         assert len(rows) == ticks + 1

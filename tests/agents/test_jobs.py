@@ -10,7 +10,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, uncoded
 from tests.agents.runs import PARTS, Told, calm, relatives, shared_memory, until
 
 both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process"])
@@ -93,13 +93,13 @@ def test_without_anybody_to_tell_it_is_raised(
 ) -> None:
     with pytest.raises(AgentError) as caught:
         lab(what, process).run(tmp_path, pace="fast", direct=True)
-    assert re.fullmatch("input/noting: " + sentence, str(caught.value))
+    assert re.fullmatch("input/noting: " + sentence, uncoded(caught.value))
 
 
 def test_what_another_process_cannot_find_is_told(tmp_path: Path) -> None:
     with pytest.raises(AgentError) as caught:
         lab("lambda", True).run(tmp_path, pace="fast", direct=True)
-    assert str(caught.value) == (
+    assert uncoded(caught.value) == (
         "input/noting: Noting.read.<locals>.<lambda> is defined inside a function, "
         "where another process cannot find it; define it at the top of the file. "
         "(noting.py, line 45, in read, tick 3)"

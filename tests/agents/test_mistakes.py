@@ -153,7 +153,7 @@ def test_without_a_mistake_nothing_is_said(
             "command = Out(VALUE)",
             "command = In(VALUE)",
             "process 'follow': Follow sets self.command, which is an In: what it "
-            "reads. To say something, it has an Out: command = Out(...).",
+            "reads. Values for other agents have an Out: command = Out(...).",
         ),
         (
             "self.command = ",
@@ -186,7 +186,7 @@ def test_found_by_a_check(
     status, said = checked(tmp_path, monkeypatch, capsys, text(old, new))
     assert (status, said.partition(": ")[0]) == (2, "rems")
     found = said.partition(", line ")[2].partition(": ")[2]
-    stood = r"( \((lab\.py, line \d+, in \w+, )?tick 1\))?\n"
+    stood = r"( \((lab\.py, line \d+, in \w+, )?tick 1\))? \(R\d{4}\)\n"
     assert found.startswith(sentence)
     assert re.fullmatch(stood, found.removeprefix(sentence))
 

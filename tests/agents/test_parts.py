@@ -12,7 +12,7 @@ import pytest
 
 from rems_net import Driver, Experiment
 from rems_net.agents import parts, registry
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, uncoded
 
 GOOD = """\
 from rems_net import Driver, Input
@@ -68,7 +68,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
 def refusal(definition: str, driver: str) -> str:
     with pytest.raises(ExperimentError) as caught:
         Experiment().robot("sim", definition, driver)
-    return str(caught.value)
+    return uncoded(caught.value)
 
 
 def test_found_by_name(install: Install) -> None:
@@ -212,7 +212,7 @@ def test_a_name_that_cannot_be_written(install: Install) -> None:
     (part,) = parts.by_name("driver")["a:b"]
     with pytest.raises(ExperimentError) as caught:
         part.load()
-    assert str(caught.value) == (
+    assert uncoded(caught.value) == (
         "The driver 'a:b' of lag-lab 1.0 cannot be used: a name has no ':'."
     )
 
@@ -252,6 +252,7 @@ def test_a_type_that_is_no_name() -> None:
     assert str(caught.value) == (
         "process 'p': process is 5; expected a name, such as 'my_file.py:MyClass', or "
         "a class."
+        " (R0426)"
     )
 
 

@@ -208,7 +208,7 @@ def test_an_agent_that_waits_for_the_keyboard_is_told(tmp_path: Path) -> None:
         assert said.splitlines()[-1].endswith(
             "input/hand: an agent cannot ask the keyboard, which is its script's "
             "(lab.py, line 13, in read); ask before run(), and give it the answer as a "
-            "setting. (tick 1)"
+            "setting. (tick 1) (R0430)"
         )
 
 
@@ -246,6 +246,6 @@ def test_what_fails_at_exit_is_told(tmp_path: Path) -> None:
     assert script(tmp_path, HAND + fails + ALONE + "lab.run()\n") == (
         0,
         "[input/hand] warning: at exit: ZeroDivisionError: division by zero "
-        "(lab.py, line 25, in leave)\n",
+        "(lab.py, line 25, in leave) (R0520)\n",
     )
     assert (tmp_path / "text.txt").read_text().splitlines()[-1] == "10"

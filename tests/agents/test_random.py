@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, SchemaError
 from tests.agents.scripts import HAND, LAB, python, script
+from tests.engine.callers import Referee
 
 DRAWS = """
 import random
@@ -72,8 +73,17 @@ def test_from_the_command_line_and_a_file(tmp_path: Path) -> None:
         assert lefts(tmp_path) == pytest.approx(numbers(seed))
     assert python(tmp_path, *run, "--seed", "-1") == (
         2,
-        "rems: lab.toml: seed is -1; expected a whole number from 0 to 2**63 - 1.\n",
+        "rems: lab.toml: seed is -1; expected a whole number from 0 to 2**63 - 1. "
+        "(R0408)\n",
     )
+
+
+def test_a_seed_of_the_system_is_refused() -> None:
+    agent = Referee("a")
+    with pytest.raises(SchemaError, match=r"no run could be repeated; leave the line"):
+        agent.random.seed()
+    agent.random.seed(1)
+    assert agent.random.random() == Random(1).random()
 
 
 FILE = """

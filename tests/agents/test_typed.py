@@ -49,7 +49,7 @@ def sentence(name: str) -> str:
         "-c or through a pipe, so the process of its agent cannot find it. Step it in "
         "this process, by run(direct=True), or put it into a file, such as mine.py, "
         f"and write 'mine.py:{name}'. A cell that begins with %%writefile mine.py "
-        "writes that file."
+        "writes that file. (R0427)"
     )
 
 

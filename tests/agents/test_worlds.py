@@ -89,6 +89,7 @@ def test_things_are_heard_and_runs_are_the_same(tmp_path: Path) -> None:
     assert told is not None
     assert told.files == [
         "pusher.csv",
+        "run.mcap",
         "waiter.csv",
         "world.arena.csv",
     ]

@@ -58,7 +58,7 @@ class Jobs:
         if not callable(function):
             raise SchemaError(
                 f"jobs.submit takes a function and its arguments, not {function!r}; "
-                "write submit(f, x), not submit(f(x))."
+                "write submit(f, x), not submit(f(x)). (R0510)"
             )
         from concurrent.futures import ThreadPoolExecutor  # takes 6 ms to load
 
@@ -70,7 +70,7 @@ class Jobs:
             if "<" in name:
                 raise SchemaError(
                     f"{name} is defined inside a function, where another process "
-                    "cannot find it; define it at the top of the file."
+                    "cannot find it; define it at the top of the file. (R0427)"
                 )
             future = self._pools[True].submit(self._in_process, function, args)
         else:

@@ -6,8 +6,8 @@ import time
 from typing import Any
 
 import rems_net
-from rems_net.agents.clock.attendance import Attendance
-from rems_net.agents.clock.voice import Voice
+from rems_net.agents.clock.admission import Admissions
+from rems_net.agents.clock.broadcaster import Broadcaster
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import (
@@ -36,14 +36,14 @@ class Answers:
 
     def __init__(
         self,
-        attendance: Attendance,
-        voice: Voice,
+        admissions: Admissions,
+        broadcaster: Broadcaster,
         box: Mailbox,
         complaints: Complaints,
     ):
-        self.attendance, self.voice = attendance, voice
-        self.session, self.members = attendance.session, attendance.members
-        self.pacing, self.progress = attendance.pacing, attendance.progress
+        self.admissions, self.broadcaster = admissions, broadcaster
+        self.session, self.members = admissions.session, admissions.members
+        self.pacing, self.progress = admissions.pacing, admissions.progress
         self.box, self.complaints = box, complaints
         #: monotonic time [s] at which all hosts had joined; 0.0 before
         self.started = 0.0
@@ -67,7 +67,7 @@ class Answers:
         """Answer with the age of tick `?n=412`. Runs in Zenoh's thread."""
         given = question.parameters.get("n", "")
         n = int(given) if given.isdecimal() and len(given) < 17 else 0
-        age = pack_age(self.members.run, self._age(n), self.voice.stops)
+        age = pack_age(self.members.run, self._age(n), self.broadcaster.stops)
         question.answer(self.session.key("clock", "@age"), age)
 
     def note(self, n: int) -> None:
@@ -93,14 +93,14 @@ class Answers:
     @verb
     def release(self) -> list[str]:
         """Let the robots obey commands again. Returns those that stood still."""
-        if not self.voice.hold(False):
+        if not self.broadcaster.hold(False):
             return []
         agents = [e.key for m in self.members.present() for e in m.entries]
         return sorted(key for key in agents if key.startswith("robot/"))
 
     def stop(self) -> None:
         """Let STOP hold, and ask for the name of its sender."""
-        if self.voice.hold(True) and self.voice.reports:
+        if self.broadcaster.hold(True) and self.broadcaster.reports:
             ask_who_stopped(self.session, self.box.put)
 
     def _tell_why(self, question: Question) -> None:
@@ -111,7 +111,7 @@ class Answers:
             "tick": n,
             "age": age if age < math.inf else 0.0,
             "paused": self.pacing.paused,
-            "stopped": bool(self.voice.stops % 2),
+            "stopped": bool(self.broadcaster.stops % 2),
             "waits_for": self.progress.describe(late) if late else "",
             "version": rems_net.__version__,
             "now": time.time(),
@@ -130,14 +130,14 @@ class Answers:
             payload = status or self.progress.roster_of(epoch).to_wire()
             question.answer(key("clock", "roster"), payload)
         if question.covers(key("clock", "tick")):
-            tick = self.pacing.tick.to_plain() | {"stops": self.voice.stops}
+            tick = self.pacing.tick.to_plain() | {"stops": self.broadcaster.stops}
             payload = json.dumps(tick).encode() if as_json else pack(tick)
             question.answer(key("clock", "tick"), payload)
 
     def _join(self, question: Question) -> None:
         try:
             request, now = read_request(question.payload), time.monotonic()
-            self.attendance.make_way(request)
+            self.admissions.make_way(request)
             member = self.members.join(request, self.pacing.n + 1, now)
         except RemsError as error:
             question.refuse(str(error))
@@ -145,12 +145,12 @@ class Answers:
             return
         if request.stopped:
             self.stop()
-        self.attendance.welcome(member)
+        self.admissions.welcome(member)
         admission = Admission(
             member.badge,
             member.first,
             self.pacing.dt,
-            self.voice.stops,
+            self.broadcaster.stops,
             self.members.terms.patience,
         )
         question.answer(question.key, pack(admission._asdict()))
@@ -162,13 +162,13 @@ class Answers:
         # The farewell of a member that has left came already; the answer was lost.
         known = any(m.badge == farewell.badge for m in self.members.all.values())
         if not (known or early):
-            raise WireError("no member of this run has that badge.")
+            raise WireError("no member of this run has that badge. (R0621)")
         question.answer(question.key, b"")
         if member is not None or early:
-            self.attendance.hear_farewell(member, farewell)
+            self.admissions.hear_farewell(member, farewell)
 
     def _tell_member(self, question: Question) -> None:
         """Answer if there is a member with this badge: a board reads no roster."""
         if read_badge(question.payload) not in self.members.by_badge:
-            raise WireError("no member of this run has that badge.")
+            raise WireError("no member of this run has that badge. (R0621)")
         question.answer(question.key, b"")

@@ -4,14 +4,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rems_net.agents.clock.admission import LOOK, Admissions
 from rems_net.agents.clock.answers import Answers
-from rems_net.agents.clock.attendance import LOOK, Attendance
+from rems_net.agents.clock.broadcaster import Broadcaster
 from rems_net.agents.clock.inbox import Inbox
 from rems_net.agents.clock.members import Members
 from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
-from rems_net.agents.clock.voice import Voice
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
@@ -56,8 +56,8 @@ class Clock:
         self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
         self.members = members = Members(self.run_id, terms)
         self._progress = progress = Progress(members)
-        self.voice = Voice(session, self.run_id)
-        self._attendance = attendance = Attendance(
+        self.broadcaster = Broadcaster(session, self.run_id)
+        self._admissions = admissions = Admissions(
             session,
             self.pacing,
             members,
@@ -69,9 +69,11 @@ class Clock:
             say_roster=self._say_roster,
         )
         self._box, self._complaints = Mailbox(), Complaints(info)
-        self._answers = Answers(attendance, self.voice, self._box, self._complaints)
+        self._answers = Answers(
+            admissions, self.broadcaster, self._box, self._complaints
+        )
         self._inbox = Inbox(self._answers)
-        self._read = attendance.read
+        self._read = admissions.read
 
     @property
     def dt(self) -> float:
@@ -101,9 +103,9 @@ class Clock:
         answers = self._answers
         become_clock(session, self.run_id, self._inbox.watch, answers.tell_age)
         answers.declare()
-        self.voice.open()
+        self.broadcaster.open()
         if stop_holds(session):
-            self.voice.stops = 1
+            self.broadcaster.stops = 1
             said = who_stopped(session)
             info(
                 "stop",
@@ -130,7 +132,7 @@ class Clock:
                 deadline = time.monotonic() + patience
             if time.monotonic() > deadline or self.pacing.ended:
                 raise away.never_came(missing, patience, ended=self.pacing.ended)
-        self._attendance.gathered = True
+        self._admissions.gathered = True
         self._answers.started = time.monotonic()
 
     # -- ticking -----------------------------------------------------------------
@@ -151,9 +153,11 @@ class Clock:
         careful = self.terms.drop or any(self.terms.restarts.values())
         for _ in range(ticks):
             n = self.tick.n + 1
+            if pacing.factor:  # tick n - 1 is done meanwhile: one wait, not two
+                self._await_turn()
             self._await_done(n - (1 if pacing.factor or careful else AHEAD))
             self._await_turn()
-            while self._attendance.awaited() and not pacing.ended:
+            while self._admissions.awaited() and not pacing.ended:
                 self._read()
             if pacing.ended:
                 break
@@ -162,12 +166,12 @@ class Clock:
                 self._progress.look()
             tick = pacing.make(self._progress.roster.epoch)
             self._answers.note(n)
-            self.voice.say_tick(tick)
+            self.broadcaster.publish_tick(tick)
         self._await_done(self.tick.n)
 
     def _say_roster(self) -> None:
         self._inbox.watch_closings()
-        self.voice.say_roster(self._progress.roster)
+        self.broadcaster.publish_roster(self._progress.roster)
 
     def _await_turn(self) -> None:
         """Wait while paused, then until the next tick is due."""
@@ -202,7 +206,9 @@ class Clock:
                 ended = now
             elif now - ended > ENDING and progress.advance(n) < n:
                 late = progress.holders(progress.pending)[0].agent
-                why = f"had not done tick {self.done + 1} when the run was ended"
+                why = (
+                    f"had not done tick {self.done + 1} when the run was ended (R0522)"
+                )
                 raise AgentError(late, why)
 
     def _ask_late(self) -> None:
@@ -212,7 +218,7 @@ class Clock:
         begins; one that waits for a value asks for it. So a lost message costs only
         time.
         """
-        self.voice.say_again(self.done)
+        self.broadcaster.repeat(self.done)
         for host in self._progress.pending & self.members.all.keys():
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")

@@ -80,7 +80,7 @@ class Inbox:
         elif isinstance(letter, Presence):
             badge = letter.key.removeprefix(self._members_key)
             if badge.isdecimal() and len(badge) < 21:
-                self._answers.attendance.notice(int(badge), letter.alive)
+                self._answers.admissions.notice(int(badge), letter.alive)
 
     def _sort(self, mail: Mail) -> None:
         closing = self._closings.get(mail.key)
@@ -104,8 +104,12 @@ class Inbox:
     def _hear_done(self, expected: int, badge: int, n: int) -> None:
         member = self._members.by_badge.get(badge)
         if member is None or badge != expected:
-            raise WireError("it carries no badge of the member it would come from.")
+            raise WireError(
+                "it carries no badge of the member it would come from. (R0621)"
+            )
         newest = self._answers.pacing.n
         if n > newest:
-            raise WireError(f"it says that tick {n} is done; the newest is {newest}.")
+            raise WireError(
+                f"it reports tick {n} as done; the newest is {newest}. (R0621)"
+            )
         self._progress.hear(member, n)

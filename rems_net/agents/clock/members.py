@@ -8,7 +8,7 @@
 | crashed | is started again, after a pause | unseen, gone |
 | gone | has left, or was given up | unseen: on an open fabric it may come again |
 
-`attendance.py` moves members from state to state. A member that has not done a tick is
+`admission.py` moves members from state to state. A member that has not done a tick is
 late, in any
 state: `progress.py`.
 """
@@ -155,21 +155,24 @@ class Members:
             if entry.key in taken:
                 raise ExperimentError(
                     f"there is a {entry.key} already, on {taken[entry.key].machine}; "
-                    "give this one another name."
+                    "give this one another name. (R0445)"
                 )
         if here is not None:
             raise ExperimentError(
                 f"there is a host {here.name!r} already, on {here.machine}; give "
-                "this one another name."
+                "this one another name. (R0445)"
             )
         self._check_expected(request, before)
         if self.terms.open and any(entry.lockstep for entry in request.agents):
             raise ExperimentError(
-                "this fabric is open, and its clock waits for nobody; bring "
-                f"{request.agents[0].key} by `rems agent start`."
+                "this fabric is open, and its clock does not wait for hosts; bring "
+                f"{request.agents[0].key} by: rems agent start (R0445)"
             )
         if self._count >= MEMBERS - 1:
-            raise ExperimentError("this run has had all the members it can have.")
+            raise ExperimentError(
+                "this run has had as many members as it can have; start a new run."
+                " (R0445)"
+            )
         self._count += 1
         badge = badge_of(self.run, self._count)
         member = Member(
@@ -200,18 +203,20 @@ class Members:
         if not terms.hosts:
             return
         if before is not None and before.state is State.GONE and before.cause:
-            raise ExperimentError(f"{request.host} was given up: {before.cause}.")
+            raise ExperimentError(
+                f"{request.host} was given up: {before.cause}. (R0445)"
+            )
         keys = frozenset(entry.key for entry in request.agents)
         if terms.hosts.get(request.host) != keys:
             away = sorted(terms.hosts.keys() - self.all.keys())
             raise ExperimentError(
                 f"this run is closed, and has no place for {', '.join(sorted(keys))}; "
-                f"it waits for {', '.join(away) or 'nobody'}."
+                f"it waits for {', '.join(away) or 'no host'}. (R0445)"
             )
         if terms.tickets.get(request.host, request.ticket) != request.ticket:
             raise ExperimentError(
                 f"{request.host} is started by this run itself; to bring it from "
-                f'another machine, write machine = "b" at it.'
+                f'another machine, write machine = "b" at it. (R0445)'
             )
         for entry in request.agents:
             for port, here in terms.outs.get(entry.key, {}).items():

@@ -53,7 +53,7 @@ def _taken(session: Session) -> FabricError:
     return FabricError(
         f"The fabric {session.fabric!r} has a clock already: another experiment runs "
         f"at {session.link.endpoint}. Wait for its end, give this one a fabric of its "
-        f"own (--fabric NAME), or {way}."
+        f"own (--fabric NAME), or {way}. (R0603)"
     )
 
 
@@ -88,14 +88,16 @@ class Away:
         first = min(missing, key=lambda host: (host in self._terms.tickets, host))
         if ended:
             key = min(self._terms.hosts[first])
-            return AgentError(key, "had not come yet when the run was ended")
+            return AgentError(key, "had not come yet when the run was ended (R0521)")
         if machine := self._terms.machines.get(first):
             return AgentError(
                 min(self._terms.hosts[first]),
                 f"machine {machine} did not bring it within {seconds:.0f} s; type "
-                f"there: rems agent bring --as {machine}",
+                f"there: rems agent bring --as {machine} (R0521)",
             )
-        return AgentError(first, f"did not join within {seconds:.0f} s of the last")
+        return AgentError(
+            first, f"did not join within {seconds:.0f} s of the last (R0521)"
+        )
 
 
 def _describe(machine: str, keys: list[str]) -> str:

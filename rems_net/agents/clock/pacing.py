@@ -109,7 +109,9 @@ class Pacing:
     def step(self, count: int = 1) -> int:
         """While paused, make `count` ticks. Returns the tick before the first."""
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise FabricError(f"step by {count!r}; expected a whole number from 1")
+            raise FabricError(
+                f"step by {count!r}; expected a whole number from 1 (R0408)"
+            )
         self.paused = True
         self._steps += count
         return self.n
@@ -125,7 +127,7 @@ class Pacing:
             hint = nearest(pace, ["fast"]) if isinstance(pace, str) else ""
             raise FabricError(
                 f'pace is {pace!r}; expected "fast" or a real-time factor, such as 1.0.'
-                f"{hint}"
+                f"{hint} (R0408)"
             )
         self.set(0.0 if isinstance(pace, str) else float(pace))
         return self.factor

@@ -18,7 +18,7 @@ def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
     """Return a lineup's members for an engine. outputs: whether it writes files."""
     agents = lab.check(seed)
     return [
-        Member(agents[key], plan.sources, plan.since)
+        Member(agents[key], plan.sources, plan.since, plan.again)
         for key, plan in lab.plans.items()
         if outputs or plan.kind != "output"
     ]
@@ -34,20 +34,20 @@ def check_direct(
     if drop:
         raise ExperimentError(
             "a direct run ends with the first agent that fails; leave on_failure or "
-            "direct out."
+            "direct out. (R0433)"
         )
     for key, plan in plans.items():
         what = "machine" if plan.machine else "restart" if plan.restart else ""
         if what:
             raise ExperimentError(
                 f"{key} has {what}, and a direct run is one process on one laptop; "
-                f"leave {what} or direct out."
+                f"leave {what} or direct out. (R0433)"
             )
         if not agents[key].lockstep:
             raise ExperimentError(
                 f"{key} drives a device, which lives in wall time: an engine steps "
                 "models and simulations only. Run this experiment by lab.run(), or "
-                "give the robot another driver."
+                "give the robot another driver. (R0433)"
             )
 
 
@@ -56,7 +56,7 @@ def check_fast(pace: float) -> None:
     if pace:
         raise ExperimentError(
             f"a direct run is as fast as it can be, and this one has pace = {pace:g}; "
-            'leave direct out, or set pace = "fast".'
+            'leave direct out, or set pace = "fast". (R0433)'
         )
 
 
@@ -97,5 +97,5 @@ def run_direct(
             note_end(error, engine.n, lab.dt, folder)
             raise
         result = Result(engine.n, folder, [Path(file) for file in engine.files])
-        finish(folder, result, show)
+        finish(folder, result)
     return result

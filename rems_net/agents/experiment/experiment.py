@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from rems_net.agents import registry
+from rems_net.agents import parts, registry
+from rems_net.agents.experiment.checking.connections import check_hands
 from rems_net.agents.experiment.checking.settings import check_pace, make_folder
 from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.direct import (
@@ -14,19 +15,24 @@ from rems_net.agents.experiment.direct import (
 from rems_net.agents.experiment.folder import (
     Result,
     finish,
-    manifest,
     own_folder,
     put_manifest,
 )
 from rems_net.agents.experiment.lineup import Lineup
+from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.solo import Member, Solo
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
+from rems_net.agents.protocol.plan import Plan
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, warn
+from rems_net.router.files import PROCESS, SESSION, check_files
+
+#: name of the output that every run has
+RECORDER = "recorder"
 
 
 class Experiment(Lineup):
@@ -42,8 +48,12 @@ class Experiment(Lineup):
         machines bring. catch_up: whether a run at a pace that was held hurries until it
         is in time again; never with real robots. seed: of the random numbers of all
         agents. native: whether agents use all features of this processor; then the last
-        digits of recordings differ from those of other processors.
+        digits of recordings differ from those of other processors. record: whether a
+        run that has no output of type mcap gets one, which writes run.mcap.
     """
+
+    #: the output that a run has got, to record it
+    _recorder: Plan | None = None
 
     @taught(
         ExperimentError,
@@ -82,11 +92,14 @@ class Experiment(Lineup):
                 )
             return done
         registry.check_starts("run()")
+        self._add_recorder()
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
         told = [key for key, plan in self.plans.items() if plan.reads("command")]
         nobody = "" if factor else idle(agents, told)
+        if not factor:
+            check_hands(agents)
         if direct or self.direct:
             check_fast(factor)
             show = show or Show()
@@ -131,11 +144,13 @@ class Experiment(Lineup):
             patience=self.patience,
             catch_up=self.catch_up,
         )
-        with own_folder(self, out, agents, show) as folder:
+        # before the folder's lock, whose error would name another cause
+        check_files(SESSION + PROCESS * len(here))
+        with own_folder(self, out, agents, show, pace=factor) as folder:
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
-            finish(folder, result, show)
+            finish(folder, result)
         return result
 
     @taught(ExperimentError)
@@ -146,6 +161,8 @@ class Experiment(Lineup):
         ExperimentError for a mistake in the experiment.
         """
         registry.end_import()
+        if out is not None:
+            self._add_recorder()
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
@@ -161,3 +178,34 @@ class Experiment(Lineup):
 
         ticks = self.ticks(agents) if self.ends(agents) else None
         return Solo(build, self.dt, ticks, seed=self.seed)
+
+    def _add_recorder(self) -> None:
+        """Add an output that records the run, unless there is one or none is wanted.
+
+        It lives with an output, or with all agents if they share a process: then it
+        needs no process, and gets no message twice. It waits for the values of all
+        agents, so no robot shares its process otherwise. With `on_failure = "drop"` it
+        must outlive the others, so it has a process of its own.
+        """
+        if self._recorder is not None:  # of an earlier run, with other agents
+            self.plans.pop(self._recorder.key, None)
+            self._recorder = None
+        mcap = parts.find("output", "mcap", self.folder)
+        plans = [*self.plans.values()]
+        every = [cls for plan in plans for cls in plan.classes]
+        if not (plans and self.record) or any(issubclass(c, mcap) for c in every):
+            return
+        name = RECORDER
+        while f"output/{name}" in self.plans:  # the user has an output of this name
+            name += "_"
+        self.output(name, "mcap")
+        self._recorder = plan = self.plans[f"output/{name}"]
+        if self.on_failure == "drop":
+            return
+        apart = {p.host for p in plans if p.kind != "output" or p.machine}
+        shared = [p.host for p in plans if p.host not in apart]
+        if not shared and len(apart) == 1 and not any(p.machine for p in plans):
+            in_step = all(getattr(cls, "lockstep", True) for cls in every)
+            shared = [*apart] if in_step else []
+        if shared:
+            plan.host = shared[0]

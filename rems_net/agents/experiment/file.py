@@ -19,8 +19,8 @@ from typing import Any
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES
+from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, decoded, read_file
@@ -29,7 +29,7 @@ from rems_net.toml import TOMLDecodeError, loads, meant
 #: Keys of a table: the arguments of the method behind it.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
-OTHER = ("name", "type", "every", "since", "host", "machine", "restart")
+OTHER = ("name", "type", "every", "since", "host", "machine", "restart", "rules")
 TABLES = ("experiment", *PHASES)
 
 #: Reports of Python's reader about a backslash, and the likely meaning.
@@ -99,16 +99,20 @@ def _read(path: Path) -> dict[str, Any]:
         return loads(text)
     except FileNotFoundError:
         found = whereabouts(path, ".toml", ".py")
-        raise ExperimentError(f"There is no file {found}") from None
+        raise ExperimentError(f"There is no file {found} (R0401)") from None
     except OSError as error:
         if path.is_dir():  # Windows reports a folder as a lack of permission
             raise ExperimentError(
                 f"{path} is a folder; expected an experiment file, such as lab.toml."
+                " (R0402)"
             ) from None
-        raise ExperimentError(f"Cannot read {path}: {error.strerror}.") from None
+        raise ExperimentError(
+            f"Cannot read {path}: {error.strerror}. (R0402)"
+        ) from None
     except UnicodeDecodeError as error:
         raise ExperimentError(
             f"{path} is no text in UTF-8 (at byte {error.start + 1}); save it as UTF-8."
+            " (R0402)"
         ) from None
     except TOMLDecodeError as error:
         what, _, at = str(error).rpartition(" (at ")
@@ -117,7 +121,9 @@ def _read(path: Path) -> dict[str, Any]:
         hint = _BACKSLASH * any(word in what for word in _ESCAPES) or meant(
             text, int(line[1]) if line else 0, twice="overwrite" in what
         )
-        raise ExperimentError(f"{path}{at}: this is no TOML: {what}.{hint}") from None
+        raise ExperimentError(
+            f"{path}{at}: this is no TOML: {what}.{hint} (R0403)"
+        ) from None
 
 
 def _check_tables(tables: Mapping[str, Any]) -> None:
@@ -126,15 +132,18 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
             raise ExperimentError(
                 f"there is no table [{key}]; expected [experiment], "
                 f"{', '.join(f'[[{k}]]' for k in PHASES)}.{nearest(key, TABLES)}"
+                " (R0404)"
             )
         if key == "experiment":
             if not isinstance(value, dict):
                 raise ExperimentError(
                     f"[experiment] is one table, with single brackets; got {value!r}."
+                    " (R0404)"
                 )
         elif not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
             raise ExperimentError(
                 f"there may be several of {key}: write [[{key}]], with double brackets."
+                " (R0404)"
             )
 
 
@@ -159,7 +168,7 @@ def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], what: str) -> 
         if key not in known:
             raise ExperimentError(
                 f"there is no key {key!r}; {what} may have {', '.join(known)}."
-                f"{nearest(key, known)}"
+                f"{nearest(key, known)} (R0405)"
             )
 
 
@@ -167,7 +176,9 @@ def _need(table: Mapping[str, Any], key: str, example: str) -> None:
     if key not in table:
         hint = nearest(key, table)
         raise ExperimentError(
-            f'{key} is missing; write a line such as {key} = "{example}".{hint}'
+            f'{key} is missing; write a line such as {key} = "{example}".{hint} (R0405)'
         )
     if not isinstance(table[key], str):
-        raise ExperimentError(f"{key} is {table[key]!r}; expected text in quotes.")
+        raise ExperimentError(
+            f"{key} is {table[key]!r}; expected text in quotes. (R0405)"
+        )

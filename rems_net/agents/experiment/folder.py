@@ -1,32 +1,23 @@
 """A run's folder: its own while it runs, and never mixed with an older run's."""
 
 import hashlib
-import os
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from rems_net.agents.agent import Agent, Input
-from rems_net.agents.experiment import origins
+from rems_net.agents.agent import Agent, Input, Output
 from rems_net.agents.experiment.checking import settings, surroundings
+from rems_net.agents.experiment.checking.connections import written
 from rems_net.agents.experiment.lineup import Lineup
+from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.parts import reference
-from rems_net.agents.protocol.plan import Plan, by_kind
-from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
-from rems_net.agents.verbs import CALLED
-from rems_net.agents.world import World
+from rems_net.engine.wiring import resolve
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
-from rems_net.maths.numerics import describe as describe_numerics
-from rems_net.maths.numerics import environment
-from rems_net.pictures import album, is_picture
-from rems_net.recordings.csv_file import heading, recorded
-from rems_net.recordings.manifest import NAME, Manifest, Start, read_manifest
+from rems_net.recordings.manifest import NAME, Manifest, read_manifest
 from rems_net.recordings.mcap.scan import finish as end_recording
 from rems_net.recordings.mcap.writer import FILE as RECORDING
 from rems_net.recordings.recording import Recording, moved
@@ -59,17 +50,18 @@ def own_folder(
     show: Show,
     *,
     native: bool = False,
+    pace: float = 0.0,
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
     Earlier files there are moved, which is reported: all in the usual folder; in
     another folder, only the files that the earlier run lists.
-    native: also if the lineup does not ask for it.
+    native: also if the lineup does not ask for it.  pace: of the run; 0 for none.
     Raises ExperimentError if another run writes there, or the files cannot be moved.
     """
     path = settings.check_folder(Path("runs") / lab.name if out is None else out)
     usual = path.parts[-2:] == ("runs", lab.name)
-    told = manifest(lab, agents, native=native)
+    told = manifest(lab, agents, native=native, pace=pace)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -80,10 +72,7 @@ def own_folder(
             show.say("run", Event("info", 0, "run", "moved", _move(path, files, usual)))
         settings.make_folder(path)
         # A run that is interrupted leaves at least these.
-        worlds = [a for a in agents.values() if isinstance(a, World) and a.schemas()]
-        names = [*told.robots, *(recorded(w.name, w.kind) for w in worlds)]
-        expected = [*(f"{name}.csv" for name in names), *_albums(agents.values())]
-        expected.append(RECORDING)
+        expected = _expected(lab, agents)
         files = [file for file in expected if not (path / file).exists()]
         put_manifest(replace(told, files=files), path)
         for text in surroundings.doubts(agents):
@@ -99,30 +88,13 @@ def own_folder(
             _mend(path, show)
 
 
-def manifest(lab: Lineup, agents: Mapping[str, Agent], *, native: bool) -> Manifest:
-    """Return what a run says of itself before it begins, without its files."""
-    plans = [plan for _, plan in sorted(lab.plans.items())]
-    return Manifest(
-        lab.name,
-        describe(lab.plans, agents, lab.dt),
-        seed=lab.seed,
-        numerics=numerics(agents.values(), native=native or lab.native),
-        agents=by_kind((p.kind, _table(p, agents[p.key], lab)) for p in plans),
-        worlds=surroundings.worlds(agents),
-        dt=lab.dt,
-        ticks=lab.ticks(agents) if lab.ends(agents) else 0,
-        sources=origins.digests(lab.plans, agents, lab.folder),
-        versions=origins.versions(agents.values()),
-    )
-
-
 def put_manifest(told: Manifest, folder: Path) -> None:
     """Write what a run says of itself into its folder. Raises ExperimentError."""
     try:
         told.write(folder)
     except OSError as error:
         raise ExperimentError(
-            f"cannot write {folder / NAME}: {error.strerror}."
+            f"cannot write {folder / NAME}: {error.strerror}. (R0414)"
         ) from None
 
 
@@ -136,21 +108,6 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
         )
     elif isinstance(error, KeyboardInterrupt):
         error.add_note(f"{how} before the first tick.")
-
-
-def _table(plan: Plan, agent: Agent, lab: Lineup) -> dict[str, Any]:
-    """Return a plan as it is kept with a run: the same on every laptop."""
-
-    def named(cls: type) -> str:
-        try:
-            where, _, name = reference(cls).rpartition(":")
-        except ExperimentError:  # in one process a class may be in no file
-            where, name = cls.__module__, cls.__qualname__
-        return f"{origins.shown_class(where, lab.folder)}:{name}"
-
-    made = plan.table(agent, lab.dt, named)
-    leave = ("host", "machine", CALLED)  # it follows from the calling processes
-    return {word: made[word] for word in made if word not in leave}
 
 
 def _mend(folder: Path, show: Show) -> None:
@@ -169,13 +126,12 @@ def _mend(folder: Path, show: Show) -> None:
         show.say("run", Event("warning", 0, "run", "exit", text))
 
 
-def finish(folder: Path, result: Result, show: Show) -> None:
+def finish(folder: Path, result: Result) -> None:
     """Add the run's files to the folder's manifest; find files that no output lists."""
-    _mend(folder, show)
     told, files = read_manifest(folder), result.files
-    left = folder / RECORDING
-    if told and RECORDING in told.files and left.is_file() and left not in files:
-        files.append(left)  # its output was killed, and the run went on
+    if told is not None:  # an output was killed, and the run went on
+        left = [folder / name for name in told.files if (folder / name).exists()]
+        files += [path for path in left if path not in files]
     if told is not None:
         since = (folder / NAME).stat().st_mtime_ns  # written as the run began
         known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
@@ -187,46 +143,17 @@ def finish(folder: Path, result: Result, show: Show) -> None:
             replace(told, files=names).write(folder)
 
 
-def describe(
-    plans: Mapping[str, Plan], agents: Mapping[str, Agent], dt: float
-) -> dict[str, Start]:
-    """Return the places of the robots before their first step, by name."""
-    robots, outlines = {}, surroundings.outlines(agents)
-    for key, agent in sorted(agents.items()):
-        # The place of a real robot is unknown before the run.
-        if isinstance(agent, Robot) and agent.lockstep:
-            state, places = agent.state, {}
-            pairs = zip(state.schema.paths, state.schema.fields, strict=True)
-            for path, field in pairs:
-                if field.dtype == "float" and not field.shape:
-                    places[heading(f"state/{path}", field.unit)] = float(state[path])
-            start = time_of(plans[key].since - 1, dt)
-            with settings.origin(f"robot {agent.name!r}"):
-                robots[agent.name] = Start(
-                    start,
-                    places,
-                    surroundings.radius(agent),
-                    outlines.get(key, ""),
-                    plans[key].world.partition("/")[2],
-                )
-    return robots
-
-
-def numerics(agents: Iterable[Agent], *, native: bool) -> str:
-    """Return the libraries that this machine's hosts and robots compute with."""
-    line = describe_numerics(environment(os.environ, native=native))
-    robots = (a for a in agents if isinstance(a, Robot))
-    engines = [f"{lib} {v}" for lib, v in origins.versions(robots).items()]
-    return ", ".join([line, *engines[1:]])  # the first is rems_net
-
-
-def _albums(agents: Iterable[Agent]) -> Iterator[str]:
-    """Yield the folders in which an output would keep what robots see."""
-    for agent in agents:
-        for port, schema in agent.schemas().items() if isinstance(agent, Robot) else ():
-            for path, field in schema.rows():
-                if is_picture(field):
-                    yield album(agent.name, port, path)
+def _expected(lab: Lineup, agents: Mapping[str, Agent]) -> list[str]:
+    """Return the names of the files that the outputs are going to write."""
+    entries, names = written(agents), dict[str, None]()
+    for key, agent in agents.items():
+        if isinstance(agent, Output):
+            sources = lab.plans[key].sources.values()
+            read = [one for s in sources for one in resolve(s, entries, key, key)]
+            ports = {one.key: agents[one.entry.key].published() for one in read}
+            schemas = {one.key: ports[one.key][one.port] for one in read}
+            names |= dict.fromkeys(agent.expected(schemas))
+    return [*names]
 
 
 def _entries(path: Path) -> list[Path]:
@@ -234,7 +161,7 @@ def _entries(path: Path) -> list[Path]:
         return list(path.iterdir()) if path.is_dir() else []
     except OSError as error:
         raise ExperimentError(
-            f"cannot look into the folder {path}: {error.strerror}."
+            f"cannot look into the folder {path}: {error.strerror}. (R0414)"
         ) from None
 
 
@@ -248,7 +175,7 @@ def _check_needed(
         ):
             raise ExperimentError(
                 f"this run plays {_shown(file)}, and {_shown(path)} is where it would "
-                "write; give the experiment another name or folder."
+                "write; give the experiment another name or folder. (R0414)"
             )
 
 
@@ -271,7 +198,7 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
         raise ExperimentError(
             f"what an earlier run left in {_shown(path)} cannot be moved to "
             f"{_shown(new)}: {error.strerror}. Close what has its files open, or give "
-            "this run another folder."
+            "this run another folder. (R0414)"
         ) from None
     what = "was in" if whole else "an earlier run left in"
     return f"what {what} {_shown(path)} is now in {_shown(new)}"
@@ -312,8 +239,9 @@ def _lock(path: Path) -> Iterator[None]:
             raise ExperimentError(
                 f"another run that still goes on writes to {_shown(path)}; end that "
                 "one (`rems clock end`), or give this one another name or folder."
+                " (R0414)"
             ) from None
-        raise ExperimentError(f"cannot write {file}: {error}.") from None
+        raise ExperimentError(f"cannot write {file}: {error}. (R0414)") from None
     try:
         yield
     finally:

@@ -6,15 +6,16 @@ import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from secrets import randbits
 from typing import IO, Any
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.experiment.show import Show
+from rems_net.agents.experiment.show import Reports, Show
 from rems_net.agents.experiment.source.values import values
 from rems_net.agents.protocol.limits import OVER, OVER_SAID, backoff
 from rems_net.agents.protocol.plan import Plan, written
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, uncoded
 from rems_net.events import Event, read_line
 from rems_net.interrupts import without_ctrl_c
 from rems_net.maths.numerics import environment
@@ -165,8 +166,11 @@ class Hosts:
         #: the spec that each host was started with
         self._specs: dict[str, dict[str, Any]] = {}
         self._lock = threading.Lock()
+        #: for programs that look at the run, once it has a session
+        self.reports: Reports | None = None
         #: the last STOP that was shown
         self._stop = ""
+        self._failed: dict[str, str] = {}  # why a host on an open fabric has failed
 
     def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
         """Start one process for each host. own: the clock is in this process, too.
@@ -228,7 +232,7 @@ class Hosts:
                 self._dead[name] = self._dead.get(name, 0) + 1
                 # At the first look, its last lines may still be on their way.
                 if self._dead[name] == 2:
-                    raise AgentError(name, death)
+                    raise AgentError(name, f"{death} (R0522)")
 
     def wait(self) -> None:
         """Wait until every process has ended by itself; start crashed ones again.
@@ -246,12 +250,12 @@ class Hosts:
                 if process.status in (0, OVER) or count >= allowed[name]:
                     left.remove(name)
                     if process.status:
-                        raise AgentError(name, death)
+                        raise AgentError(name, self._reported(name, death))
                     continue
                 count += 1
+                why = uncoded(self._reported(name, death)).removeprefix("was ")
                 text = (
-                    f"{name} crashed ({death.removeprefix('was ')}); started again, "
-                    f"{count} of {allowed[name]}"
+                    f"{name} crashed ({why}); started again, {count} of {allowed[name]}"
                 )
                 self.say(name, Event("info", 0, name, "crashed", text))
                 pause.wait(backoff(count))
@@ -280,11 +284,22 @@ class Hosts:
         for process in self.processes.values():
             process.kill()
 
+    def _reported(self, name: str, death: str) -> str:
+        """Return why a process ended, as it has reported, or else how it ended."""
+        self.processes[name].end()  # its last message may still be on its way
+        said = self._failed.pop(name, "").removeprefix(f"{name}: ")
+        return said or f"{death} (R0522)"
+
     def say(self, source: str, event: Event) -> None:
         """Pass on the reports of a process, one event at a time."""
         with self._lock:
+            if event.kind == "failed" and self._specs[source]["free"]:
+                self._failed[source] = event.text  # shown once, by wait()
+                return
             if event.kind == "stop":  # each process receives it
                 if event.text == self._stop:
                     return
                 self._stop = event.text
             self.show.say(source, event)
+            if self.reports is not None:
+                self.reports.put(replace(event, agent=event.agent or source))

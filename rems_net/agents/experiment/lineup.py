@@ -6,6 +6,7 @@ from typing import Any
 
 from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
+from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.checking.connections import (
     check_connections,
     check_foreseen,
@@ -34,11 +35,12 @@ from rems_net.agents.experiment.checking.worlds import (
 )
 from rems_net.agents.experiment.source.methods import built, check_settings
 from rems_net.agents.experiment.source.mistakes import check_class
-from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
+from rems_net.agents.rules import check_rules
 from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
+from rems_net.defdict import Rule
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
 
@@ -71,6 +73,7 @@ class Lineup:
         seed: int = 0,
         native: bool = False,
         direct: bool = False,
+        record: bool = True,
     ):
         self.name = check_name(name, "the experiment's name")
         #: its name; "" for this user's own
@@ -86,6 +89,7 @@ class Lineup:
         self.seed = check_seed(seed)
         self.native = check_flag(native, "native")
         self.direct = check_flag(direct, "direct")
+        self.record = check_flag(record, "record")
         self.plans: dict[str, Plan] = {}
 
     # -- adding ------------------------------------------------------------------
@@ -113,6 +117,7 @@ class Lineup:
             if known is not None and known.options:
                 raise ExperimentError(
                     f"there are two worlds named {name!r}; give one another name."
+                    " (R0417)"
                 )
             self._put(world_plan(name, settings, self.folder))
 
@@ -142,13 +147,16 @@ class Lineup:
         machine: str | None = None,
         restart: int = 0,
         world: str | None = None,
+        rules: Sequence[Rule | str] = (),
     ) -> None:
         """Add a robot: its definition, and the driver that moves it.
 
         command: its writer ("input/keys"), or several of which each writes fields of
         its own (["input/base", "process/arm"]); without it, any program may put a
         command at its key. parameters are of the definition, options of the driver;
-        initial is the state it starts in. Robots of one host share a process; robots of
+        initial is the state it starts in. rules make its command of what is read: each
+        is a function with @rule above it, or its name ("lab.py:arrows_to_wheels").
+        Robots of one host share a process; robots of
         one `world` share that, too: they touch and see each other. Every agent can step
         at every k-th tick only (every), join after some seconds (since), be started
         again after a crash (at most restart times), and be brought by another
@@ -173,6 +181,7 @@ class Lineup:
                 host=robot_host(name, host, world),
                 machine=check_name(machine, "machine") if machine else "",
                 restart=check_restart(restart),
+                rules=check_rules(rules, self.folder),
                 folder=self.folder,
             )
             if plan.world and plan.world not in self.plans:
@@ -193,6 +202,7 @@ class Lineup:
                 sources[port] = settings.pop(port)
             check_sources(sources)
             since = self._first_tick(settings.pop("since", 0.0))
+            rules = check_rules(settings.pop("rules", ()), self.folder)
             plan = Plan(
                 kind,
                 name,
@@ -204,6 +214,7 @@ class Lineup:
                 host=host,
                 machine=machine,
                 restart=restart,
+                rules=rules,
                 folder=self.folder,
             )
             self._put(plan)
@@ -219,7 +230,7 @@ class Lineup:
         check_name(plan.name, f"the name of this {plan.kind}")
         if plan.key in self.plans:
             raise ExperimentError(
-                f"there are two agents named {plan.key}; give one another name."
+                f"there are two agents named {plan.key}; give one another name. (R0417)"
             )
         check_class(plan)  # before its settings: they may be wrong because of the class
         self.plans[plan.key] = plan
@@ -235,7 +246,7 @@ class Lineup:
         if not self.plans:
             raise ExperimentError(
                 "this experiment has no agents; add a robot, such as "
-                'robot("model", "woodbot", "kinematic").'
+                'robot("model", "woodbot", "kinematic"). (R0416)'
             )
         with naming_overdue():
             return self._checked(seed)
@@ -255,7 +266,7 @@ class Lineup:
         if self.catch_up and driven:
             raise ExperimentError(
                 f"catch_up would drive {driven[0]} in fast forward after a hold; leave "
-                "it out, or use simulated robots only."
+                "it out, or use simulated robots only. (R0433)"
             )
         return agents
 

@@ -8,11 +8,11 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.folder import Result, note_end
 from rems_net.agents.experiment.hosts import END, Hosts
 from rems_net.agents.experiment.placement.offers import Giving, Offers
+from rems_net.agents.experiment.show import Reports
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event, listening, warn
 from rems_net.router import find
-from rems_net.router.files import PROCESS, SESSION, check_files
 from rems_net.router.gate.standing import check_member
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -49,13 +49,13 @@ class Run:
 
     def _go(self) -> Result:
         terms, show = self.terms, self.hosts.show
-        check_files(SESSION + PROCESS * len(self.hosts.plans))
         if Path("rems_net.py").exists():
             raise ExperimentError(
                 "rems_net.py, in this folder, hides rems_net from its own processes. "
-                "Rename it, for example to my_rems_net.py."
+                "Rename it, for example to my_rems_net.py. (R0431)"
             )
         session, note = self._session()
+        self.hosts.reports = Reports(session)
         try:
             clock = self._clock = Clock(
                 session,
@@ -77,6 +77,7 @@ class Run:
         finally:
             if note is not None:
                 note.unlink(missing_ok=True)
+            self.hosts.reports = None
             session.close()
 
     def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:

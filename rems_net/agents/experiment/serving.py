@@ -36,8 +36,8 @@ def serve(
     """
     if not pace > 0:
         raise ExperimentError(
-            "an open fabric waits for nobody, so it can't be as fast as the slowest; "
-            "expected a pace above 0, such as 1."
+            "the clock of an open fabric does not wait for agents, so it needs a pace; "
+            "expected one above 0, such as 1. (R0433)"
         )
     clock = Clock(session, Terms(dt, LAST_TICK, pace, open=True))
     clock.open()
@@ -68,7 +68,7 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
             begun.set()
 
     def begin(clock: Clock) -> None:
-        clock.voice.reports = False  # the agents of this program report it
+        clock.broadcaster.reports = False  # the agents of this program report it
         found.append(clock)
         begun.set()
 
@@ -101,6 +101,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
             raise ExperimentError(
                 f"{key} calls verbs, which robots receive in one experiment with it; "
                 "on an open fabric they are called by `rems call` or rems_net.join()."
+                " (R0424)"
             )
     with ExitStack() as stack:
         team = find.team_fabric()
@@ -116,7 +117,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
             raise FabricError(
                 f"nothing runs on the fabric {session.fabric!r} at {link.endpoint}. "
                 f"Start it: rems router serve --fabric {session.fabric}. Or choose "
-                f"another by --fabric: {', '.join(there)}"
+                f"another by --fabric: {', '.join(there)} (R0602)"
             )
         hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
         folder = own_folder(lab, out, agents, show)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import astuple
 from typing import TYPE_CHECKING
 
 from rems_net.events import Event
+from rems_net.router.message import pack
 
 if TYPE_CHECKING:
     from rems_net.agents.clock.clock import Clock
+    from rems_net.router.session import Session
 
 
 class Show:
@@ -27,3 +30,16 @@ class Show:
 
     def end(self) -> None:
         """End the display: the run is over."""
+
+
+class Reports:
+    """Publisher of a run's events at `clock/@event`, for programs that look."""
+
+    def __init__(self, session: Session):
+        key = session.key("clock", "@event")
+        self._publisher = session.publisher(key, block=False)
+
+    def put(self, event: Event) -> None:
+        """Put `[level, tick, agent, kind, text]`, if a program looks."""
+        if self._publisher.watched:
+            self._publisher.put(pack(astuple(event)))

@@ -10,8 +10,8 @@ from threading import get_ident
 from typing import Any, NamedTuple, Self
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
-from rems_net.agents.overdue import naming_overdue
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
@@ -22,11 +22,15 @@ from rems_net.maths.numerics import describe
 
 
 class Member(NamedTuple):
-    """An agent of an experiment, the sources of its Ins, and its first tick."""
+    """An agent of an experiment, the sources of its Ins, and its first tick.
+
+    again: calls from outside that are repeated.
+    """
 
     agent: Agent
     sources: Mapping[str, str]
     since: int
+    again: Sequence[Sequence[Any]] = ()
 
 
 class Solo:
@@ -73,11 +77,13 @@ class Solo:
     def open(self) -> Self:
         """Build every agent and let it acquire its devices and files. Returns self."""
         if self._engine is not None:
-            raise ExperimentError("this engine is open already; close() it first.")
+            raise ExperimentError(
+                "this engine is open already; close() it first. (R0434)"
+            )
         members, engine = self._build(self.seed), Engine()
-        for agent, sources, _ in members:
-            engine.add(agent, sources)
-        self._entries = [Entry.of(a, [*s.values()], since) for a, s, since in members]
+        for agent, sources, _, again in members:
+            engine.add(agent, sources, again)
+        self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
@@ -127,7 +133,7 @@ class Solo:
                 if self._within:
                     raise ExperimentError(
                         f"tick {n} was begun and not done to its end; reset() begins "
-                        "again, and an agent does not step its own engine."
+                        "again, and an agent does not step its own engine. (R0434)"
                     )
                 self._within = True
                 with self._blamed(engine):
@@ -150,7 +156,7 @@ class Solo:
         if until is None and self.ticks is None:
             raise ExperimentError(
                 "this experiment has no end: give it a duration, or write "
-                "run(until=10)."
+                "run(until=10). (R0411)"
             )
         last = self.ticks or 0
         if until is not None:
@@ -161,13 +167,15 @@ class Solo:
 
     def __getitem__(self, key: str) -> Any:
         """Return an agent by its key, such as `robot/sim`, or by its name alone."""
-        agents = self._here().agents
+        engine = self._here()
+        agents = engine.agents
         found = [k for k in agents if k == key or k.partition("/")[2] == key]
         if len(found) != 1:
             raise KeyError(
                 f"there is no agent {key!r}; there is {', '.join(agents)}."
-                f"{nearest(key, agents)}"
+                f"{nearest(key, agents)} (R0434)"
             )
+        engine.visits.open(agents[found[0]])
         return agents[found[0]]
 
     def put(self, key: str, values: Mapping[str, Any]) -> None:
@@ -182,9 +190,9 @@ class Solo:
             reads = f"reads {inlets[key].source!r} already" if key in inlets else ""
             raise ExperimentError(
                 f"{key!r} {reads or 'is no In here'}; values can be put at: "
-                f"{', '.join(free) or 'nothing'}.{nearest(key, free)}"
+                f"{', '.join(free) or 'nothing'}.{nearest(key, free)} (R0434)"
             )
-        inlets[key].put(values, self.n, self.dt)
+        inlets[key].put(values, self.n)
 
     def stop(self) -> None:
         """Hold every robot at its safe command, as `rems stop` does."""
@@ -203,11 +211,11 @@ class Solo:
     def _here(self) -> Engine:
         """Return the engine, if it may be used now. Raises ExperimentError."""
         if self._engine is None:
-            raise ExperimentError("this engine is closed; open() it first.")
+            raise ExperimentError("this engine is closed; open() it first. (R0434)")
         if self._thread != get_ident():
             raise ExperimentError(
                 "this engine was opened in another thread; an engine is used in one "
-                "thread only. Open one for each."
+                "thread only. Open one for each. (R0434)"
             )
         return self._engine
 

@@ -14,8 +14,9 @@ from rems_net.agents.host.outlet import CROWD, Outlet
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.runtime import Guard, runtime
-from rems_net.agents.verbs import verbs_of
+from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.engine.scenery import scene_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -49,10 +50,9 @@ def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
 class Answers:
     """Answers for the agents of one host, once it knows its ports."""
 
-    def __init__(
-        self, agents: Mapping[str, Agent], key: Callable[..., str], leases: Leases
-    ):
-        self._agents, self._key, self._leases = agents, key, leases
+    def __init__(self, engine: Engine, key: Callable[..., str], leases: Leases):
+        self._visits, self._agents = engine.visits, engine.agents
+        self._key, self._leases = key, leases
         self.outlets: Sequence[Outlet] = ()
 
     def declare(
@@ -69,16 +69,23 @@ class Answers:
             session.answer(key(topic, "**"), inbox.box, topic)
             session.answer(key(topic, "@schema"), inbox.box, topic)
             session.answer(key(topic, "@call", "*"), inbox.box, topic)
-            if topic.startswith("robot/"):
-                session.answer(key(topic, "@lease"), inbox.box, topic)
-                session.answer(key(topic, "@lease", "take"), inbox.box, topic)
+            if topic.startswith(("robot/", "input/")):
+                for way in ((), ("take",), ("drive",)):
+                    session.answer(key(topic, "@lease", *way), inbox.box, topic)
         why = partial(tell_why, agents, inlets, self._leases, key)
         for topic in topics(agents):
             session.answer_at_once(key(topic, "@why"), why, topic)
+        scene = partial(tell_scene, agents, key)
+        for topic in topics(agents):
+            if topic.startswith(("robot/", "world/")):
+                session.answer_at_once(key(topic, "@scene"), scene, topic, apart=True)
         # There is one main thread, so one answer: at its first agent's key.
-        session.answer_at_once(key(next(iter(agents)), "@where"), tell_where)
+        asks = partial(tell_where, inbox)
+        session.answer_at_once(key(next(iter(agents)), "@where"), asks)
         receipt = partial(tell_stopped, agents, guard, inbox, key)
         session.answer_at_once(key("robot", "*", "@stopped"), receipt)
+        driver = partial(tell_driver, self._leases, key)
+        session.answer_at_once(key("*", "*", "@driver"), driver)
 
     def call(self, question: Question) -> None:
         """Call the verbs that a question names; an error goes to the caller."""
@@ -87,7 +94,7 @@ class Answers:
             for agent in asked(question, self._agents):
                 key = self._key(agent.key, "@call", name)
                 if question.covers(key):
-                    answer_call(question, key, verbs_of(agent))
+                    answer_call(question, key, self._visits.verbs(agent))
 
     def answer(self, question: Question) -> None:
         """Answer with every port that the question covers, or with fields of ports.
@@ -105,7 +112,7 @@ class Answers:
             if "/@lease" in question.key:
                 for agent in agents:
                     lease = self._key(agent.key, "@lease")
-                    if question.key in (lease, f"{lease}/take"):
+                    if question.key in (lease, f"{lease}/take", f"{lease}/drive"):
                         self._leases.answer(question, agent.key)
                 return
             keys = {agent.key for agent in agents}
@@ -226,9 +233,29 @@ def _defines(cls: type) -> bool:
     return issubclass(cls, Definition) and not issubclass(cls, Driver)
 
 
-def tell_where(question: Question) -> None:
+def tell_scene(
+    agents: Mapping[str, Agent], key: Callable[..., str], question: Question
+) -> None:
+    """Answer with a world's place, or a robot's outline and rays. In its own thread."""
+    for agent in asked(question, agents):
+        full = key(agent.key, "@scene")
+        if question.covers(full):
+            said = {"made_of": made_of(type(agent))[0], **scene_of(agent)}
+            question.answer(full, json.dumps(said).encode())
+
+
+def tell_where(inbox: Inbox, question: Question) -> None:
     """Answer with the line of code at which this host is."""
+    inbox.settle()  # the clock names the tick that does not end, and none before
     question.answer(question.key, where().encode())
+
+
+def tell_driver(leases: Leases, key: Callable[..., str], question: Question) -> None:
+    """Answer who drives each robot that a person drives, or a run elsewhere."""
+    for agent, holder in leases.holders().items():
+        full = key(agent, "@driver")
+        if question.covers(full):
+            question.answer(full, holder.encode())
 
 
 def tell_stopped(

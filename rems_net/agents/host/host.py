@@ -11,23 +11,23 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.host.answers import Answers, topics
-from rems_net.agents.host.entrance import (
+from rems_net.agents.host.guard import Guard
+from rems_net.agents.host.handshake import (
     ask_in,
     introduction,
     say_farewell,
     wait_for_clock,
 )
-from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
-from rems_net.agents.host.outlet import CROWD, Outlets
-from rems_net.agents.host.seat import Orphaned, Released
-from rems_net.agents.host.sources import Others, is_open, open_outside, watched
-from rems_net.agents.overdue import naming_overdue
+from rems_net.agents.host.membership import Orphaned, Released
+from rems_net.agents.host.outlet import CROWD, Done, Outlets
+from rems_net.agents.host.sources import Called, Others, is_open, open_outside, watched
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.messages import Admission, Beat, pack_done
+from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.plan import read_plans
 from rems_net.agents.protocol.values import adopt
 from rems_net.agents.robot import Robot
@@ -36,9 +36,9 @@ from rems_net.agents.world import gather
 from rems_net.defdict import Schema
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.errors import uncoded
 from rems_net.events import warn
 from rems_net.router.gate.stops import ask_who_stopped
-from rems_net.router.keys import STEP
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
@@ -79,7 +79,7 @@ class Host:
         self.n = 0
         #: badge of this host, once the clock has admitted it
         self.badge = 0
-        self._answers = Answers(self.agents, session.key, self.leases)
+        self._answers = Answers(self.engine, session.key, self.leases)
         self._complaints = Complaints()
         self.guard = Guard(session)
         self.inbox = Inbox(
@@ -112,7 +112,7 @@ class Host:
             run = runtime(agent)
             run.in_step = agent.lockstep and not self.free
             run.restarts = self.restarts
-            self.engine.add(agent, plan.sources)
+            self.engine.add(agent, plan.sources, plan.again)
             self._since[agent.key] = plan.since
         gather(self.agents.values())
         runs = [runtime(agent) for agent in self.agents.values()]
@@ -140,6 +140,7 @@ class Host:
         told = {session.key(inlet.key) for inlet in self.inlets if is_open(inlet)}
         keys = {k for inlet in self.inlets for k in watched(inlet, session.key)}
         self.inbox.hear(keys, told, crowd=len(self.agents) > CROWD)
+        self._called = Called(self.engine, session, self.inbox)
         self._outlets = Outlets(self.agents, session)
         self._others = Others(self.agents, session.key, self.inbox)
         self._answers.declare(
@@ -167,12 +168,13 @@ class Host:
     def _begin(self, admission: Admission) -> None:
         """Begin a membership: the clock has admitted this host."""
         self.inbox.begin(admission)
-        badge = self.badge = admission.badge
+        badge = self.badge = self._done.badge = admission.badge
         if self._seated is not None:
             self._seated.close()
         key = self.session.key("clock", "@member", str(badge))
         self._seated = self.session.present(key)
         self._outlets.begin(badge)
+        self._called.badge = badge
         driven = [a for a in self.agents.values() if isinstance(a, Robot)]
         if any(not robot.lockstep for robot in driven):
             self.guard.start()
@@ -190,7 +192,8 @@ class Host:
         failed: tuple[str, str] | None = None
         alone = False
         try:
-            self._done = self.session.publisher(self.session.key("clock", STEP, "done"))
+            self._done = Done(self.session)
+            self.inbox.settle = self._done.settle
             self.build(words)
             self.declare()
             for agent in self.agents.values():
@@ -210,9 +213,10 @@ class Host:
         except Orphaned as gone:
             alone = self.over = True
             if str(gone):
-                failed = self.name, str(gone)
-                warn("clock", f"{gone}: this host ends")
+                failed = self.name, f"{uncoded(gone)} (R0522)"
+                warn("failed", f"{uncoded(gone)}: this host ends")
         except (Exception, SystemExit) as error:
+            self.inbox.settle()
             n = self.n if self.engine.acting else 0
             failed = failure(self.acting, error, n, self.agents)
         made, trouble = self.engine.close()
@@ -223,8 +227,8 @@ class Host:
         # A clock of another machine may live although the parent of this host is gone.
         if not alone or not (self.ticket or self.guard.lost):
             badge = self.badge or self.ticket
-            # no other program would report it
-            if failed and (self.brought or not badge):
+            # no other program of this laptop would report it
+            if failed and (self.brought or self.free or not badge):
                 warn("failed", f"{failed[0]}: {failed[1]}", failed[0])
             told = failed
             if self.brought:  # an error may quote a file, and a file has a path
@@ -258,13 +262,14 @@ class Host:
             beat = inbox.next_beat()
             self._serve_calls()
             if beat is not None:
-                if inbox.seat.lateness:
-                    warn("missed", f"{self.name} {inbox.seat.lateness}")
+                if inbox.membership.lateness:
+                    warn("missed", f"{self.name} {inbox.membership.lateness}")
                 self.step(beat)
-            again = inbox.seat.repeated
-            if again or (beat is not None and not self._outlets.closing):
-                inbox.seat.repeated = False
-                self._done.put(pack_done(self.badge, self.n))
+            if inbox.membership.repeated:
+                inbox.membership.repeated = False
+                self._done.say(self.n)
+            elif beat is not None and not self._outlets.closing:
+                self._done.note(self.n)
 
     def step(self, beat: Beat) -> None:
         """Do a tick for every agent here that the roster names."""

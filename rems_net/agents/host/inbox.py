@@ -6,8 +6,8 @@ from math import inf
 
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
+from rems_net.agents.host.membership import Membership, Orphaned, Value
 from rems_net.agents.host.outlet import glob
-from rems_net.agents.host.seat import Orphaned, Seat, Value
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
@@ -62,6 +62,10 @@ class Inbox:
         #: calls of verbs, which wait for the end of the tick
         self.calls: deque[Question] = deque()
         self._answer, self._complaints = answer, complaints
+        #: called with a message on a call from outside, if an output here records it
+        self.hear_call: Callable[[Mail], None] = lambda mail: None
+        #: called before this host waits, so that the clock knows all that is done
+        self.settle: Callable[[], None] = lambda: None
         #: whether another program than the run has started this host. If so, it warns
         #: when the clock is out of sight, and leaves for the clock of another run
         self.distant = False
@@ -104,7 +108,7 @@ class Inbox:
 
     def begin(self, admission: Admission) -> None:
         """Begin a membership of the run that has admitted this host."""
-        self.seat = Seat(
+        self.membership = Membership(
             self.session.fabric,
             self.name,
             admission,
@@ -115,9 +119,9 @@ class Inbox:
             self.leases.check,
         )
         self._patience, self._missed = admission.patience, 0.0
-        seat = self.seat
-        self.guard.begin(admission.badge, admission.stops, lambda: seat.newest)
-        clock = self.session.key("clock", "@run", str(seat.run))
+        membership = self.membership
+        self.guard.begin(admission.badge, admission.stops, lambda: membership.newest)
+        clock = self.session.key("clock", "@run", str(membership.run))
         if self._sight is not None:
             self._sight.close()
         self._sighted = False
@@ -156,20 +160,22 @@ class Inbox:
             raise letter
 
     def _sort(self, mail: Mail) -> None:
-        key, seat = mail.key, self.seat
+        key, membership = mail.key, self.membership
         if key == self._step_tick_key or key == self._tick_key:
             beat = read_beat(mail.payload)
-            seat.hear_beat(beat)
-            if beat.run == seat.run:
+            membership.hear_beat(beat)
+            if beat.run == membership.run:
                 self.guard.see(True)
         elif key in (self._step_roster_key, self._roster_key):
-            seat.hear_roster(Roster.from_wire(mail.payload))
+            membership.hear_roster(Roster.from_wire(mail.payload))
         elif key == self._age_key:
             self._hear_of_clock(read_age(mail.payload).run)
         elif key == self._stop_key:
             info("stop", read_said(mail.payload).on(self.session.fabric))
+        elif key.endswith("/@event/called"):
+            self.hear_call(mail)
         elif not self.overheard or key in self.told or glob(key) not in self.overheard:
-            seat.hear_value(mail)
+            membership.hear_value(mail)
 
     def look(self) -> None:
         """Answer questions for a moment without a clock. Raises Orphaned."""
@@ -183,15 +189,15 @@ class Inbox:
 
     def next_beat(self) -> Beat | None:
         """Return the next tick; None if there is a call or a lost message to handle."""
-        seat = self.seat
-        while not seat.beats:
-            if self.calls or seat.repeated:
+        membership = self.membership
+        while not membership.beats:
+            if self.calls or membership.repeated:
                 return None
             self._wait(None)
         if self.rates:
             while not self.box.empty():
                 self.read(0)
-        return seat.take()
+        return membership.take()
 
     @property
     def idle(self) -> float:
@@ -201,21 +207,21 @@ class Inbox:
         """
         if self._sight is None:  # this host is not admitted yet
             return inf
-        now, n = wall(), self.seat.current
-        if self._asked_at[0] != n or self.seat.beats:
+        now, n = wall(), self.membership.current
+        if self._asked_at[0] != n or self.membership.beats:
             self._asked_at = n, now
         return now - self._asked_at[1]
 
     def roster_of(self, epoch: int) -> Roster:
         """Return the roster that a tick names; ask for it if it was lost."""
         since = 0.0
-        while not self.seat.has_roster(epoch):
+        while not self.membership.has_roster(epoch):
             since = since or wall()
             if self._in_vain(since):
                 asked = f"{self._roster_key}?epoch={epoch}"
                 self.session.ask_at_once(asked, self.box.put)
                 since = 0.0
-        return self.seat.take_roster(epoch)
+        return self.membership.take_roster(epoch)
 
     def value(self, key: str, n: int, writer: Entry) -> Value | None:
         """Return the value of the full key at tick n; None once its writer has left.
@@ -225,10 +231,10 @@ class Inbox:
         """
         since = 0.0
         while True:
-            value = self.seat.value(key, n)
+            value = self.membership.value(key, n)
             if value is not None:
                 return value
-            if not self.seat.writes_on(writer, n):
+            if not self.membership.writes_on(writer, n):
                 return None
             since = since or wall()
             if self._in_vain(since):
@@ -241,13 +247,15 @@ class Inbox:
         since: when waiting began. Other letters come all the time on an open fabric.
         """
         came = self._wait(PATIENCE)
-        if came and not self.seat.repeated and wall() - since < PATIENCE:
+        if came and not self.membership.repeated and wall() - since < PATIENCE:
             return False
-        self.seat.repeated = False
+        self.membership.repeated = False
         return True
 
     def _wait(self, timeout: float | None) -> bool:
         """Sort one letter, and check on the clock while it is out of sight."""
+        if self.box.empty():
+            self.settle()
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK
@@ -282,7 +290,7 @@ class Inbox:
             self._missed = 0.0
 
     def _hear_of_clock(self, run: int) -> None:
-        if run == self.seat.run:
+        if run == self.membership.run:
             self.guard.see(True)
         elif self.distant and self.guard.lost > LOOK:
             # A host that its own run has started sees by its pipe when that run ends.

@@ -60,7 +60,10 @@ class Lifeline:
         """Return the parent's message: four bytes of length, then that many bytes."""
         said = self._words.get()
         if said is None:
-            sys.exit("A host is started by `rems run`, not by hand.")
+            sys.exit(
+                "A host is started by `rems run`, not by hand. Type: rems run FILE"
+                " (R0522)"
+            )
         return said
 
     def on_end(self, gone: Callable[[], None], seconds: float) -> None:

@@ -12,7 +12,7 @@ from rems_net.agents import registry
 from rems_net.agents.diagnosis import no_keyboard
 from rems_net.agents.host.host import Host
 from rems_net.agents.host.lifeline import FAILED, Lifeline
-from rems_net.agents.host.seat import Orphaned
+from rems_net.agents.host.membership import Orphaned
 from rems_net.agents.protocol.limits import OVER
 from rems_net.errors import RemsError
 from rems_net.events import LOGGER, Event, listening

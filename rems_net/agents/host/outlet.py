@@ -6,9 +6,11 @@ from functools import partial
 
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.messages import pack_done
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
+from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict
 from rems_net.packing import map_header, pack
 from rems_net.router.keys import STEP
@@ -18,6 +20,39 @@ from rems_net.router.session import Session
 
 #: Number of agents. Above it, a host publishes and answers for all of a kind at once.
 CROWD = 100
+#: Ticks. If more ticks wait here, one `done` is for as many as this: for half of what
+#: the clock may be ahead, so that it sends the next ones before the last is done.
+TOGETHER = AHEAD // 2
+#: s. A `done` waits no longer than this for that of the next tick.
+SOON = 0.02
+
+
+class Done:
+    """Publisher of `done`, for several ticks at once if more of them wait here."""
+
+    def __init__(self, session: Session):
+        self._put = session.publisher(session.key("clock", STEP, "done")).put
+        #: badge of this host, once the clock has admitted it
+        self.badge = 0
+        #: the newest tick that is done if the clock does not know it; else 0
+        self._owed = 0
+        self._said, self._at = 0, 0.0
+
+    def note(self, n: int) -> None:
+        """Note that tick `n` is done; `settle` before this host waits."""
+        self._owed = n
+        if n - self._said >= TOGETHER or wall() - self._at > SOON:
+            self.say(n)
+
+    def settle(self) -> None:
+        """Send what the clock does not know yet."""
+        if self._owed:
+            self.say(self._owed)
+
+    def say(self, n: int) -> None:
+        """Send that tick `n` is done, and so all before."""
+        self._said, self._at, self._owed = n, wall(), 0
+        self._put(pack_done(self.badge, n))
 
 
 class Outlet:
@@ -221,13 +256,14 @@ class Outlets:
 
     def publish(self, kind: str, tick: Tick) -> None:
         """Put the new values of the agents of a kind, if they are read or watched."""
-        n, stamp = tick.n, pack_stamp(tick.n, tick.t, self._badge)
+        n, stamp = tick.n, b""
         for outlet in self._kinds[kind]:
             run = outlet.run
             if n % run.every:
                 continue
             outlet.n = n
             if outlet.wanted or outlet.publisher.watched or outlet.closing:
+                stamp = stamp or pack_stamp(n, tick.t, self._badge)
                 fresh = run.source_tick == n
                 outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
 

@@ -7,12 +7,16 @@ from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
+from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.wiring import Entry, Written
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail
+from rems_net.router.message import pack_stamp
+from rems_net.router.session import Session
 
 #: name, in messages, of a program that is no agent of the run
 OUTSIDE = "a program outside the experiment"
@@ -103,7 +107,7 @@ class Peer:
         if came is None:
             raise Gone
         self._have = due
-        return Value(self._converter.decode(came.payload), came.said)
+        return self._converter.decode(came.payload), came.said
 
 
 class Newest:
@@ -122,7 +126,7 @@ class Newest:
             return None
         self._have, stamp = newest
         value = self._converter.decode(self._have.payload)
-        return Value(value, min(stamp.said, tick.n - 1))
+        return value, min(stamp.said, tick.n - 1)
 
 
 class Beside:
@@ -136,7 +140,7 @@ class Beside:
 
     def take(self, tick: Tick) -> Value:
         """Return the agent's current value."""
-        return Value(self._converter(self._own[self._port]), self._run.source_tick)
+        return self._converter(self._own[self._port]), self._run.source_tick
 
 
 class Outside:
@@ -157,7 +161,7 @@ class Outside:
         mail, stamp = came
         # The sender may stamp it with the tick of the state that it answers to.
         source_tick = tick.n - 1 if stamp.n < 0 else min(stamp.said, tick.n - 1)
-        return Value(self._decode(mail), source_tick)
+        return self._decode(mail), source_tick
 
     def _decode(self, mail: Mail) -> DefDict:
         name, at, digest = mail.schema.rpartition("@")
@@ -165,7 +169,7 @@ class Outside:
             raise RemsError(
                 f"it is encoded as {name!r} with digest {digest}, and {self._key} "
                 f"takes {self._schema.name}@{self._schema.digest}; send its own units, "
-                "and the encoding 'application/msgpack'."
+                "and the encoding 'application/msgpack'. (R0621)"
             )
         return self._schema.decode(mail.payload)
 
@@ -182,4 +186,30 @@ class Refused:
     def take(self, tick: Tick) -> None:
         """Raise RemsError if a program has put something."""
         if self._inbox.given.pop(self._own, None) is not None:
-            raise RemsError(f"it is told by {self._source}, and by nobody else.")
+            raise RemsError(f"it is commanded by {self._source} alone. (R0619)")
+
+
+class Called:
+    """Calls from outside, sent to the processes whose outputs record."""
+
+    def __init__(self, engine: Engine, session: Session, inbox: Inbox):
+        self._session, self._visits = session, engine.visits
+        #: badge of this host, once the clock has admitted it
+        self.badge = 0
+        engine.visits.send, inbox.hear_call = self._send, self._receive
+        for inlet in engine.inlets:
+            if isinstance(inlet, MessageInlet) and inlet.source is not None:
+                kind, name = inlet.source.split("/")[:2]
+                key = session.key(kind, name, "@event", "called")
+                session.watch(key, inbox.box, remote=True)
+
+    def _send(self, key: str, text: str) -> None:
+        # Before the values of the next tick, in the order of which it comes.
+        n, full = self._visits.n, self._session.key(key, "@event", "called")
+        stamp = pack_stamp(n, 0.0, self.badge)
+        self._session.put(full, text.encode(), stamp=stamp)
+
+    def _receive(self, mail: Mail) -> None:
+        _, kind, name, *_ = mail.key.split("/")
+        text = mail.payload.decode(errors="replace")
+        self._visits.receive(f"{kind}/{name}", text, mail.stamp().badge)

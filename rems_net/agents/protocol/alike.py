@@ -31,7 +31,7 @@ def read_version(payload: bytes) -> tuple[str, str]:
     """Read a machine and its version. Raises WireError."""
     words = items(read(payload), "a version", 2)
     if len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected [machine, version].")
+        raise WireError(f"it is {words!r:.80}; expected [machine, version]. (R0621)")
     version = text(words[1], "its version", 40)
     if not _VERSION.fullmatch(version):
         raise wrong("its version", version, "a version, such as '0.1.0'")
@@ -65,7 +65,7 @@ def check_version(session: Session) -> None:
     for there, name in found.items() if ours not in found else ():
         raise FabricError(
             f"this laptop has rems_net {ours}, and the clock's, {name}, has {there}. "
-            f'Type: pip install "rems-net=={there}"'
+            f'Type: pip install "rems-net=={there}" (R0617)'
         )
 
 
@@ -109,6 +109,7 @@ def unlike(
         do = "Type here: rems board generate. Then flash it."
     return ExperimentError(
         f"{key} is defined differently {where} and on the clock's machine{what}. {do}"
+        " (R0445)"
     )
 
 

@@ -13,7 +13,7 @@ PATIENCE = 30.0
 
 #: Exit status of a host that was not admitted, was given up, or lost its clock. This is
 #: no crash, so it is not started again.
-OVER, OVER_SAID = 3, "has ended; the line above says why"
+OVER, OVER_SAID = 3, "has ended: its run is over, or its router was lost"
 
 
 def backoff(count: int) -> float:

@@ -61,6 +61,7 @@ def read_beat(payload: bytes) -> Beat:
             return Beat(run, Tick(n, t, dt, pace, epoch), stops)
     raise WireError(
         f"it is {words!r:.80}; expected a tick: [run, n, t, dt, pace, epoch, stops]."
+        " (R0621)"
     )
 
 
@@ -73,7 +74,7 @@ def read_done(payload: bytes) -> tuple[int, int]:
     """Read a done."""
     words = read(payload)
     if type(words) is not list or len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected a done: [badge, n].")
+        raise WireError(f"it is {words!r:.80}; expected a done: [badge, n]. (R0621)")
     return whole(words[0], "its badge", 1, BADGES), whole(words[1], "its tick")
 
 
@@ -234,7 +235,9 @@ def read_age(payload: bytes) -> Age:
     """Read the age of a tick."""
     words = read(payload)
     if type(words) is not list or len(words) != 3:
-        raise WireError(f"it is {words!r:.80}; expected an age: [run, s, stops].")
+        raise WireError(
+            f"it is {words!r:.80}; expected an age: [run, s, stops]. (R0621)"
+        )
     run, seconds, stops = words
     if type(seconds) is not float or not seconds >= 0:
         raise wrong("its age", seconds, "seconds")
@@ -261,7 +264,9 @@ def read_claim(payload: bytes) -> Claim:
     """Read a request for a lease."""
     words = read(payload)
     if type(words) is not list or len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected a claim: [badge, holder].")
+        raise WireError(
+            f"it is {words!r:.80}; expected a claim: [badge, holder]. (R0621)"
+        )
     badge, holder = words
     return Claim(
         whole(badge, "its badge", 1, BADGES - 1),

@@ -168,6 +168,8 @@ def _check_plan(kind: str, plan: Any) -> None:
     shapes.whole(given.pop("restart", 0), "restart")
     shapes.host_name(given.pop("host", "x"), "its host")
     shapes.name(given.pop("machine", "x"), "its machine")
+    for one in shapes.items(given.pop("rules", []), "its rules", limits.SOURCES):
+        reference(one)
     if kind == "robot":
         shapes.name(given.pop("world", "x"), "its world")
         command = given.pop("command", "input/x")
@@ -236,7 +238,7 @@ def read_caller(payload: bytes) -> Caller:
     """Read a caller. Raises WireError for anything else."""
     words = shapes.items(read(payload), "who asks", 2)
     if len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected [laptop, trouble].")
+        raise WireError(f"it is {words!r:.80}; expected [laptop, trouble]. (R0621)")
     return Caller(
         shapes.text(words[0], "its machine", limits.NAME),
         shapes.shown(words[1], "its trouble", limits.CAUSE),

@@ -15,6 +15,7 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.robot import Robot, combine
+from rems_net.agents.rules import Rules, check_rules, rule_reference
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED, plain
@@ -25,8 +26,13 @@ ROBOT = ("definition", "driver")
 #: settings of a robot, each a table of its own
 SLOTS = ("parameters", "options", "initial")
 #: keys of every agent besides its own settings, and their defaults; since: s
-COMMON = {"every": 1, "since": 0.0, "host": "", "machine": "", "restart": 0}
+COMMON: dict[str, Any] = {
+    **{"every": 1, "since": 0.0, "host": "", "machine": "", "restart": 0},
+    "rules": [],
+}
 
+#: in a table: the calls from outside that a rerun repeats
+AGAIN = "calls again"
 #: one agent, as in a file
 Table = Mapping[str, Any]
 #: kind -> the agents of this kind, as in a file: [[robot]]
@@ -45,6 +51,8 @@ class Plan:
     initial: Mapping[str, Any] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     every: int = 1
+    #: rules for the values that its Ins read
+    rules: Rules = ()
     #: the process it lives in; its own by default
     host: str = ""
     #: the first tick it takes part in
@@ -54,6 +62,8 @@ class Plan:
     seed: int = 0
     #: the machine that is to bring it; "" for the run's own
     machine: str = ""
+    #: calls from outside that are repeated: rows of `Outside`
+    again: Sequence[Sequence[Any]] = ()
     folder: Path = Path()
     out: Path = Path()
 
@@ -87,6 +97,7 @@ class Plan:
         agent = cls(self.name, **common)
         if RUNTIME in vars(agent):  # the user's own __init__ may have forgotten it
             runtime(agent).seed = self.seed
+            runtime(agent).rules = self.rules
         return agent
 
     def table(
@@ -120,7 +131,10 @@ class Plan:
                 made.setdefault(first, []).append(one)
             elif usual.get(port) != one:
                 made[port] = one
+        if self.again:
+            made[AGAIN] = [*map(list, self.again)]
         rest = {word: getattr(self, word) for word in COMMON}
+        rest["rules"] = [rule_reference(one, reference) for one in self.rules]
         rest["since"] = time_of(self.since - 1, dt)
         if self.world:
             rest["host"] = ""
@@ -144,9 +158,11 @@ class Plan:
         for word in class_words(kind):
             del given[word]
         given.pop("world", None)
+        again = given.pop(AGAIN, ())
         common = {w: given.pop(w, default) for w, default in COMMON.items()}
         common["since"] = round(common["since"] / dt) + 1
         common["host"] = host_of(kind, table)
+        common["rules"] = check_rules(common["rules"], folder)
         name = given.pop("name")
         sources: dict[str, str] = {}
         ins: Iterable[str] = ("command",)
@@ -158,7 +174,14 @@ class Plan:
                 sources |= spread(port, given.pop(port))
         slots = given if kind == "robot" else {"options": given}
         return cls(
-            kind, name, classes, sources=sources, folder=folder, **slots, **common
+            kind,
+            name,
+            classes,
+            sources=sources,
+            again=again,
+            folder=folder,
+            **slots,
+            **common,
         )
 
 

@@ -116,7 +116,7 @@ class Roster:
         for entry in entries:
             for port, schema in entry.outs.items():
                 if type(schemas.get(schema)) is not bytes:
-                    raise WireError(f"it has no schema for {entry.key}/{port}.")
+                    raise WireError(f"it has no schema for {entry.key}/{port}. (R0621)")
         gone = shapes.table(plain["gone"], "gone", MOST)
         return cls(
             shapes.whole(plain["epoch"], "its epoch"),

@@ -17,7 +17,7 @@ _DIGEST = re.compile(r"[0-9a-f]{16}")
 
 def wrong(what: str, value: object, expected: str) -> WireError:
     """Return the error for a value that does not fit."""
-    return WireError(f"{what} is {value!r:.80}; expected {expected}.")
+    return WireError(f"{what} is {value!r:.80}; expected {expected}. (R0621)")
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:

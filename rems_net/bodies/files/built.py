@@ -38,34 +38,33 @@ def read(model: Model, engines: Sequence[str] = (MUJOCO,)) -> Sheet:
     except OSError as error:
         raise SchemaError(
             f"The robot's file {path} cannot be read: {error.strerror}. Give Model the "
-            "path of a URDF or an MJCF, such as Path(__file__).parent / 'arm.urdf'."
+            "path of a URDF or an MJCF, such as Path(__file__).parent / "
+            "'arm.urdf'. (R0201)"
         ) from None
     except (ElementTree.ParseError, LookupError) as error:
-        raise SchemaError(f"{path.name} is no XML: {error}.") from None
+        raise SchemaError(f"{path.name} is no XML: {error}. (R0202)") from None
     if any("xacro" in element.tag for element in root.iter()):
         made = f"{path.name.partition('.')[0]}_made.urdf"
         raise SchemaError(
             f"{path.name} is written in xacro, which makes a URDF. Type: xacro "
-            f"{path.name} > {made}"
+            f"{path.name} > {made} (R0203)"
         )
     match root.tag:
         case "robot":
             sheet = urdf.read(model, path, root)
         case "mujoco":
-            if MUJOCO not in engines:
-                raise SchemaError(
-                    f"{path.name} is an MJCF, a model for MuJoCo: give the robot the "
-                    "driver mujoco, or its Model a URDF."
-                )
-            sheet = mjcf.read(load(MUJOCO, MUJOCO), model, path)
+            # MuJoCo reads it, for PyBullet, too.
+            plain = engines != (MUJOCO,)
+            sheet = mjcf.read(load(MUJOCO, MUJOCO), model, path, plain=plain)
         case _:
             raise SchemaError(
                 f"{path.name} begins with <{root.tag}>; a URDF with <robot>, an MJCF "
-                "with <mujoco>."
+                "with <mujoco>. (R0202)"
             )
     if sheet.bolted and not model.fixed:
         raise SchemaError(
-            f"{path.name} holds its robot to the world: give the Model fixed=True."
+            f"{path.name} holds its robot to the world: give the Model "
+            "fixed=True. (R0208)"
         )
     return sheet
 
@@ -79,7 +78,8 @@ def _built(model: Model, sheet: Sheet) -> Body:
     if not model.fixed and not sheet.touches:
         raise SchemaError(
             f"{sheet.name} has nothing that touches the floor, through which its robot "
-            f"would fall: give its links shapes ({sheet.shapes}), or fixed=True."
+            f"would fall: give its links shapes ({sheet.shapes}), or "
+            "fixed=True. (R0208)"
         )
     motors = [_motor(sheet, joint, driven) for joint in sheet.joints]
     carried: dict[int, list[Joint]] = {}
@@ -99,7 +99,15 @@ def _built(model: Model, sheet: Sheet) -> Body:
         model.sensors,
         height=height,
         fixed=model.fixed,
-        source=Source(sheet.path, sheet.urdf, sheet.root, model.held, model.friction),
+        source=Source(
+            sheet.path,
+            sheet.urdf,
+            sheet.root,
+            model.held,
+            model.friction,
+            sheet.plain,
+            sheet.grips,
+        ),
     )
 
 
@@ -160,14 +168,15 @@ def _effort(sheet: Sheet, moved: Moved, told: Driven) -> float:
     if told.effort is None:
         if not moved.effort:
             raise SchemaError(
-                f"{sheet.name} does not say how strong joint {moved.name!r} is: give "
-                f"Driven({told.name!r}) an effort, {unit}."
+                f"{sheet.name} has no effort for joint {moved.name!r}: give "
+                f"Driven({told.name!r}) an effort, {unit}. (R0209)"
             )
         return moved.effort
     if moved.effort and told.effort > moved.effort * (1 + 1e-6):
         raise SchemaError(
             f"Driven({told.name!r}) has an effort of {told.effort:g} {unit}, and "
-            f"{sheet.name} allows {moved.effort:g}: give it no more, or leave it out."
+            f"{sheet.name} allows {moved.effort:g}: give it no more, or leave it "
+            "out. (R0209)"
         )
     return told.effort
 
@@ -177,7 +186,7 @@ def _check_speed(sheet: Sheet, moved: Moved, told: Driven) -> None:
         unit = "rad/s" if moved.turns else "m/s"
         raise SchemaError(
             f"The servo of Driven({told.name!r}) goes at {told.servo.speed:g} {unit}, "
-            f"and {sheet.name} allows {moved.speed:g}: give it no more."
+            f"and {sheet.name} allows {moved.speed:g}: give it no more. (R0209)"
         )
 
 

@@ -57,7 +57,10 @@ def drafted(file: Path, packages: str = "", root: str = "") -> dict[str, str]:
     except SchemaError:
         mend = True
     if not sheet.joints:
-        raise SchemaError(f"{file.name} has no joint that moves: nothing can be told.")
+        raise SchemaError(
+            f"{file.name} has no joint that moves, so a command "
+            "would move nothing. (R0212)"
+        )
     return _Draft(sheet, mend, packages, root).words()
 
 

@@ -71,9 +71,9 @@ def balanced(inertia: Array, mass: float, what: str, mend: bool) -> Array:
         return np.eye(3) * max(float(moments.mean()), 0.4 * mass * BALL**2)
     told = ", ".join(f"{one:.3g}" for one in moments)
     raise SchemaError(
-        f"{what} has the moments of inertia {told} kg m2, which nothing can have: each "
+        f"{what} has the moments of inertia {told} kg m2, which no body can have: each "
         "is above 0, and none is more than the other two together. Correct the file, "
-        "or give the Model mend=True for those of a ball."
+        "or give the Model mend=True for those of a ball. (R0210)"
     )
 
 

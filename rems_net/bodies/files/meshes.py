@@ -35,7 +35,7 @@ def find_mesh(named: str, file: Path, packages: str | Path | None) -> Path:
         advice += ", or give the Model packages=, the folder that package:// means"
     raise SchemaError(
         f"{file.name} needs the mesh {named}, which would be {where}, and is not. "
-        f"{advice}."
+        f"{advice}. (R0211)"
     )
 
 
@@ -44,7 +44,9 @@ def mesh_file(path: Path) -> bytes:
     try:
         return read_file(path, MESH)
     except OSError as error:
-        raise SchemaError(f"cannot read the mesh {path}: {error.strerror}.") from None
+        raise SchemaError(
+            f"cannot read the mesh {path}: {error.strerror}. (R0201)"
+        ) from None
 
 
 def corners(path: Path) -> Array | None:
@@ -66,7 +68,7 @@ def corners(path: Path) -> Array | None:
     if not len(points) or not np.isfinite(points).all():
         raise SchemaError(
             f"{path} is no {kind[1:].upper()} with corners that are numbers: save it "
-            "anew from where it was made."
+            "anew from where it was made. (R0211)"
         )
     return points
 

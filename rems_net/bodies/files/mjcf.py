@@ -9,6 +9,7 @@ import numpy as np
 
 from rems_net.bodies.files import bounds, sheet
 from rems_net.bodies.files.meshes import made_binary, mesh_file
+from rems_net.bodies.files.plain import Plain
 from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid, vector
 from rems_net.bodies.files.words import MOST
 from rems_net.bodies.model import Model, Source
@@ -20,8 +21,8 @@ from rems_net.kinematics.pose import Pose
 MESHES = (".stl", ".obj", ".msh")
 
 
-def read(mujoco: Any, model: Model, path: Path) -> Sheet:
-    """Return the file's content as a sheet. Raises SchemaError."""
+def read(mujoco: Any, model: Model, path: Path, *, plain: bool = False) -> Sheet:
+    """Return the file's content as a sheet; plain: as URDF, too. Raises SchemaError."""
     source = Source(path, "", model.root, model.held, model.friction)
     spec = opened(mujoco, source)
     root = root_of(spec, source)
@@ -29,7 +30,7 @@ def read(mujoco: Any, model: Model, path: Path) -> Sheet:
         compiled = spec.compile()
     except ValueError as error:
         raise refused(path, error) from None
-    return _Reading(mujoco, compiled, source, root.name).sheet()
+    return _Reading(mujoco, compiled, source, root.name).sheet(spec if plain else None)
 
 
 def opened(mujoco: Any, source: Source) -> Any:
@@ -65,14 +66,14 @@ def root_of(spec: Any, source: Source) -> Any:
         if source.root not in names:
             raise SchemaError(
                 f"{source.path.name} has no body {source.root!r} in its worldbody."
-                f"{nearest(source.root, names)} Its bodies: {some(names)}."
+                f"{nearest(source.root, names)} Its bodies: {some(names)}. (R0207)"
             )
         return roots[names.index(source.root)]
     if len(roots) != 1:
         raise SchemaError(
             f"{source.path.name} has {len(roots)} bodies in its worldbody "
-            f"({some(names)}); say which is the robot: Model(root=...), "
-            "or --root of rems new."
+            f"({some(names)}); name that of the robot: Model(root=...), "
+            "or --root of rems new. (R0208)"
         )
     return roots[0]
 
@@ -80,7 +81,7 @@ def root_of(spec: Any, source: Source) -> Any:
 def refused(path: object, error: ValueError) -> SchemaError:
     """Return the error for a file that MuJoCo refuses."""
     what = ", ".join(line for line in str(error).splitlines() if line.strip())
-    return SchemaError(f"MuJoCo does not take {path}: {what.rstrip(' ,.')}.")
+    return SchemaError(f"MuJoCo does not take {path}: {what.rstrip(' ,.')}. (R0206)")
 
 
 def check(mujoco: Any, source: Source) -> None:
@@ -101,7 +102,7 @@ def _of_urdf(mujoco: Any, source: Source) -> Any:
             raise SchemaError(
                 f"{source.path.name} needs the mesh {path.name}, and MuJoCo reads STL "
                 "and OBJ: save it as one of these, or give the robot the driver "
-                "pybullet."
+                "pybullet. (R0211)"
             )
         if path not in names:
             # MuJoCo takes two meshes with the same name for one, even in two folders.
@@ -144,7 +145,7 @@ class _Reading:
             elif kind == kinds.mjJNT_BALL:
                 raise SchemaError(
                     f"{source.path.name}: {model.joint(number).name!r} is a ball "
-                    "joint; a robot here has hinges and slides."
+                    "joint; a robot here has hinges and slides. (R0212)"
                 )
             else:
                 self._joints.append(number)
@@ -154,12 +155,13 @@ class _Reading:
             if not (np.abs(getattr(model, told)) <= MOST).all():
                 raise SchemaError(
                     f"{source.path.name}: a number of its {told} is beyond {MOST:g}, "
-                    "or none at all."
+                    "or none at all. (R0212)"
                 )
         links = [model.body(body).name for body in self._own.tolist()]
         sheet.check_links(source.path.name, source.friction, links)
 
-    def sheet(self) -> Sheet:
+    def sheet(self, spec: Any = None) -> Sheet:
+        """Return the sheet. spec: of the file, for a sheet that has the URDF, too."""
         model, data = self._model, self._data
         origin = data.xpos[self._root].copy()
         #: number of the last joint on the way from the root to each body; -1: none
@@ -171,10 +173,18 @@ class _Reading:
                 parents.append(last[body])
                 places.append(data.xanchor[joint])
                 last[body] = len(parents) - 1
-        solids = [
-            self._solid([b for b, n in last.items() if n == number], place)
+        moved = [
+            ([body for body, n in last.items() if n == number], place)
             for number, place in enumerate(places, -1)
         ]
+        solids = [self._solid(bodies, place) for bodies, place in moved]
+        plain, grips = "", dict[str, float]()
+        if spec is not None:
+            own = [([b for b in bodies if b in self._own], at) for bodies, at in moved]
+            joints = [*zip(self._joints, parents, strict=True)]
+            about = self._mujoco, spec, model, data, self._source
+            made = Plain(*about, own, joints)
+            plain, grips = made.text, made.grips
         return Sheet(
             self._source.path,
             model.body(self._root).name,
@@ -187,6 +197,8 @@ class _Reading:
             ),
             height=float(origin[2]),
             bolted=not self._free,
+            plain=plain,
+            grips=grips,
         )
 
     def _moved(self, joint: int, parent: int, at: Array, solid: Solid) -> Moved:

@@ -4,7 +4,7 @@ All values are in the frame of the first link while every joint is at zero: m, k
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 
@@ -76,6 +76,9 @@ class Sheet:
     bolted: bool = False
     #: names of all its links
     links: tuple[str, ...] = ()
+    #: of an MJCF, as of a `Source`
+    plain: str = ""
+    grips: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -143,7 +146,7 @@ def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
     """Return the error for a joint that the file does not have."""
     return SchemaError(
         f"{file} has no joint {name!r} that moves.{nearest(name, known)} Its joints: "
-        f"{some(known)}."
+        f"{some(known)}. (R0207)"
     )
 
 
@@ -153,5 +156,5 @@ def check_links(file: str, friction: object, known: Sequence[str]) -> None:
         if name not in known:
             raise SchemaError(
                 f"{file} has no link {name!r} to give a friction to."
-                f"{nearest(name, known)} Its links: {some(known)}."
+                f"{nearest(name, known)} Its links: {some(known)}. (R0207)"
             )

@@ -101,7 +101,7 @@ class _Reading:
         if name == leader.get("name"):
             return leader
         made = SubElement(self._out, "link", name=name)
-        _write_inertia(made, 0.0, np.zeros(3), np.zeros((3, 3)))
+        write_inertia(made, 0.0, np.zeros(3), np.zeros((3, 3)))
         joint = SubElement(self._out, "joint", name=f"{name} is fixed", type="fixed")
         SubElement(joint, "parent", link=str(leader.get("name")))
         SubElement(joint, "child", link=name)
@@ -152,7 +152,7 @@ class _Reading:
         SubElement(made, "parent", link=parent)
         SubElement(made, "child", link=child)
         _write_pose(made, local)
-        SubElement(made, "axis", xyz=_text(axis / length))
+        SubElement(made, "axis", xyz=text(axis / length))
         damping = self._words.number(joint, "dynamics", "damping")
         friction = self._words.number(joint, "dynamics", "friction")
         SubElement(made, "dynamics", damping=repr(damping), friction=repr(friction))
@@ -232,7 +232,7 @@ class _Reading:
             inertia, centre = whole.central()
             what = f"{self._path.name}: link {name!r}"
             inertia = balanced(inertia, mass, what, self._model.mend)
-        _write_inertia(made, mass, centre, inertia)
+        write_inertia(made, mass, centre, inertia)
 
     def _shape(
         self, made: Element, shape: Element, pose: Pose, link: Pose
@@ -247,22 +247,27 @@ class _Reading:
             named = str(told.get("filename"))
             mesh = find_mesh(named, self._path, self._model.packages)
             told["filename"] = mesh.as_posix()
-        for purpose in ("visual", "collision"):  # the visible shape is the touching one
-            written = SubElement(made, purpose)
-            _write_pose(written, local)
-            SubElement(SubElement(written, "geometry"), kind, told)
+        write_shape(made, kind, told, local)
         return bounds.of_shape(self._words, kind, told, link @ local)
+
+
+def write_shape(link: Element, kind: str, told: Mapping[str, str], pose: Pose) -> None:
+    """Write a shape of this kind, with these attributes, at its pose on the link."""
+    for purpose in ("visual", "collision"):  # the visible shape is the touching one
+        written = SubElement(link, purpose)
+        _write_pose(written, pose)
+        SubElement(SubElement(written, "geometry"), kind, dict(told))
 
 
 def _write_pose(element: Element, pose: Pose) -> None:
     """Write the pose of an element as its origin."""
-    SubElement(element, "origin", xyz=_text(pose.position), rpy=_text(pose.rpy))
+    SubElement(element, "origin", xyz=text(pose.position), rpy=text(pose.rpy))
 
 
-def _write_inertia(link: Element, mass: float, centre: Array, inertia: Array) -> None:
+def write_inertia(link: Element, mass: float, centre: Array, inertia: Array) -> None:
     """Write mass, centre of mass (3,) and inertia (3, 3) about it."""
     written = SubElement(link, "inertial")
-    SubElement(written, "origin", xyz=_text(centre))
+    SubElement(written, "origin", xyz=text(centre))
     SubElement(written, "mass", value=repr(float(mass)))
     xx, yy, zz, xy, xz, yz = (
         repr(float(inertia[at]))
@@ -271,6 +276,6 @@ def _write_inertia(link: Element, mass: float, centre: Array, inertia: Array) ->
     SubElement(written, "inertia", ixx=xx, iyy=yy, izz=zz, ixy=xy, ixz=xz, iyz=yz)
 
 
-def _text(numbers: Sequence[float] | Array) -> str:
+def text(numbers: Sequence[float] | Array) -> str:
     """Return numbers in the format of a URDF."""
     return " ".join(repr(float(one)) for one in numbers)

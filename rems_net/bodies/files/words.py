@@ -18,7 +18,7 @@ class Words:
 
     def error(self, what: str) -> SchemaError:
         """Return the error for the file."""
-        return SchemaError(f"{self._name}: {what}.")
+        return SchemaError(f"{self._name}: {what}. (R0205)")
 
     def number(self, element: Element, tag: str, key: str) -> float:
         """Return one number of a child element; 0 if it is missing."""

@@ -57,7 +57,7 @@ class Converter:
         if leaves is None:
             raise ConversionError(
                 f"this converter takes {self.source.name}@{self.source.digest}, "
-                f"not {value.schema.name}@{value.schema.digest}."
+                f"not {value.schema.name}@{value.schema.digest}. (R0118)"
             )
         return self._around(self._convert(leaves))
 
@@ -84,7 +84,7 @@ class Converter:
 def _policy(name: str, given: str, known: tuple[str, ...]) -> None:
     if given not in known:
         raise ConversionError(
-            f"{name}= is {' or '.join(map(repr, known))}, not {given!r}."
+            f"{name}= is {' or '.join(map(repr, known))}, not {given!r}. (R0118)"
         )
 
 

@@ -19,7 +19,7 @@ from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.kind import Function, Table
 from rems_net.defdict.units.maps import Affine, between, unit_map
 from rems_net.defdict.units.unit import find_unit
-from rems_net.errors import FieldValueError, UnitError
+from rems_net.errors import FieldValueError, UnitError, uncoded
 
 Range = tuple[float, float] | None
 #: The end of an error message that explains how to set a number.
@@ -102,8 +102,10 @@ def guard(b: Field, where: str, unit: str, slack: float) -> Callable[[Any, Any],
         except FieldValueError as why:
             came = f"{source!r}{unit and ' ' + unit}"
             # How to set it right is no help here: the user set another value.
-            told = _SETTING.sub("", str(why))
-            raise FieldValueError(f"{told} It was converted from {came}.") from why
+            refused = _SETTING.sub("", uncoded(why))
+            raise FieldValueError(
+                f"{refused} It was converted from {came}. (R0101)"
+            ) from why
 
     return settle
 
@@ -220,7 +222,8 @@ def _reader(table: Table) -> Function:
     def read(x: float) -> float:
         if not xs[0] - edge <= x <= xs[-1] + edge:
             raise FieldValueError(
-                f"{x:g} is outside the table, which goes from {xs[0]:g} to {xs[-1]:g}."
+                f"{x:g} is outside the table, which goes from {xs[0]:g} to "
+                f"{xs[-1]:g}: extend it, or limit the value. (R0119)"
             )
         i = min(max(bisect_right(xs, x) - 1, 0), len(xs) - 2)
         share = min(max((x - xs[i]) / (xs[i + 1] - xs[i]), 0.0), 1.0)

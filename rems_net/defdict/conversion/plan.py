@@ -11,7 +11,7 @@ from rems_net.defdict.conversion.rule import Rule
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.words import in_brief
 from rems_net.defdict.trees.tree import Tree
-from rems_net.errors import ConversionError, DimensionError, nearest
+from rems_net.errors import ConversionError, DimensionError, nearest, uncoded
 
 Rules = tuple[Rule, ...]
 
@@ -57,7 +57,7 @@ class Plan:
         if self.problems:
             kind = DimensionError if self.dimension else ConversionError
             listed = "".join(f"\n  - {problem}." for problem in self.problems)
-            raise kind(f"{labels[0]} cannot become {labels[1]}:{listed}")
+            raise kind(f"{labels[0]} cannot become {labels[1]}:{listed} (R0117)")
 
     # -- one field ------------------------------------------------------------
 
@@ -98,7 +98,7 @@ class Plan:
         except (MismatchError, ConversionError) as why:
             self.dimension |= getattr(why, "dimension", False)
             moved = f" (from {origin!r})" if origin != path else ""
-            self.problems.append(f"{path!r}{moved}: {why}")
+            self.problems.append(f"{path!r}{moved}: {uncoded(why)}")
             return name
         self.names.update(made.names)
         if made.inside and made.code == "{x}":

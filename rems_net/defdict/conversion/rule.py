@@ -44,10 +44,13 @@ class Rule:
                 if path not in found and path.split("/")[0] not in found:
                     raise FieldValueError(
                         f"rule {self.name} gives {path!r}, but its function returned "
-                        f"only {', '.join(map(repr, found))}."
+                        f"only {', '.join(map(repr, found))}. (R0116)"
                     )
         elif found is None:
-            raise FieldValueError(f"rule {self.name} returned nothing.")
+            raise FieldValueError(
+                f"rule {self.name} returned nothing: end its function with return "
+                f"{{...}}. (R0116)"
+            )
         return self.gives._build(found, f"rule {self.name}").leaves()
 
     def back(self) -> Rule | None:

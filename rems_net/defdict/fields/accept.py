@@ -18,7 +18,7 @@ from rems_net.defdict.fields.words import expected, is_quantity, perhaps, refuse
 from rems_net.defdict.units.maps import Affine, between, unit_map
 from rems_net.defdict.units.table import RELATIVE
 from rems_net.defdict.units.unit import MAX_TEXT, find_unit, tidy
-from rems_net.errors import FieldValueError, UnitError, nearest
+from rems_net.errors import FieldValueError, UnitError, nearest, uncoded
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re.DOTALL)
 
@@ -161,8 +161,8 @@ def to_unit(field: Kind, unit: str, where: str, got: object) -> Affine:
             f' Type a number in {field.unit}, or a text such as "1.5 {field.unit}".'
         )
         raise UnitError(
-            f"{where} expects {expected(field)}, but got {show(got)}: {why}"
-            f"{sample if field.unit else ''}"
+            f"{where} expects {expected(field)}, but got {show(got)}: {uncoded(why)}"
+            f"{sample if field.unit else ''} (R0102)"
         ) from why
 
 
@@ -171,7 +171,7 @@ def _share(field: Kind, unit: str) -> Affine:
     if field.range is None or full is None:
         raise UnitError(
             f"{unit} is a share of a range, and this field has "
-            f"{'no range' if full else 'another unit'}."
+            f"{'no range' if full else 'another unit'}. (R0102)"
         )
     low, high = field.range
     return between((0.0 if low == 0 else -full, full), (low, high))

@@ -63,33 +63,39 @@ class Field(Kind):
     def _problems(self) -> Iterator[str]:
         known = kind.ARRAYS if self.shape else kind.SCALARS
         if self.dtype not in known:
-            yield f"dtype {self.dtype!r} is not one of {', '.join(known)}."
+            yield f"dtype {self.dtype!r} is not one of {', '.join(known)}. (R0112)"
         if any(type(n) is not int or n < 1 for n in self.shape) or len(self.shape) > 8:
-            yield f"a shape is whole numbers from 1 up, not {self.shape}."
+            yield f"a shape is whole numbers from 1 up, not {self.shape}. (R0112)"
         if self.shape and self.size * self.element.itemsize > MAX_BYTES:
-            yield f"an array of shape {self.shape} is beyond {MAX_BYTES} B."
+            yield f"an array of shape {self.shape} is beyond {MAX_BYTES} B. (R0112)"
         if self.dtype == "choice":
             names = self.choices
             text = all(isinstance(one, str) and one for one in names)
             if not names or not text or len(set(names)) != len(names):
-                yield "choice() takes one or more different names."
+                yield (
+                    "choice() takes one or more different names, such as "
+                    "choice('on', 'off'). (R0112)"
+                )
             if not all(one.isprintable() for one in names):
-                yield f"the names of a choice are printable, not {names!r}."
+                yield f"the names of a choice are printable, not {names!r}. (R0112)"
         if self.dtype == "list" and self.item is None:
-            yield "a list field needs the schema of its items."
+            yield "a list field needs the schema of its items: many(schema). (R0112)"
         if type(self.max_len) is not int or not 0 < self.max_len <= MAX_BYTES:
-            yield f"max_len is 1 to {MAX_BYTES}, not {self.max_len!r}."
+            yield f"max_len is 1 to {MAX_BYTES}, not {self.max_len!r}. (R0112)"
         if self.unit and not self.numeric:
-            yield f"a {self.dtype} field has no unit."
+            yield f"a {self.dtype} field has no unit: leave it out. (R0112)"
         if self.max_age is not None and not 0 < self.max_age <= FLOAT_MAX:
-            yield f"max_age is a time in seconds, not {self.max_age!r}."
+            yield f"max_age is a time in seconds, not {self.max_age!r}. (R0112)"
 
     def _checked_range(self, given: Any) -> tuple[float, float]:
         if not self.numeric:
-            raise SchemaError(f"a {self.dtype} field has no range.")
+            raise SchemaError(
+                f"a {self.dtype} field has no range: leave range= out. (R0110)"
+            )
         if not isinstance(given, tuple | list) or len(given) != 2:
             raise SchemaError(
-                f"a range is a pair such as (-1, 1), lowest first; got {given!r}."
+                "a range is a pair such as (-1, 1), lowest first; got "
+                f"{given!r}. (R0110)"
             )
         low, high = (
             one
@@ -99,24 +105,24 @@ class Field(Kind):
         )
         if not low < high:
             raise SchemaError(
-                f"a range goes from low to high; got ({low:g}, {high:g})."
+                f"a range goes from low to high; got ({low:g}, {high:g}). (R0110)"
             )
         if self.whole:
             if low != int(low) or high != int(high):
                 raise SchemaError(
-                    f"the range of whole numbers is whole; got {given!r}."
+                    f"the range of whole numbers is whole; got {given!r}. (R0110)"
                 )
             low, high = int(low), int(high)
         least, most = self.type_limits
         if low < least or high > most:
             raise SchemaError(
                 f"{self.dtype} holds {least:.10g} to {most:.10g}; the range "
-                f"({low:.10g}, {high:.10g}) goes beyond."
+                f"({low:.10g}, {high:.10g}) goes beyond. (R0110)"
             )
         if not math.isfinite(high - low):
             raise SchemaError(
                 f"a range spans less than {FLOAT_MAX:.10g}; ({low:.10g}, {high:.10g}) "
-                f"is wider. Without range= any number is taken."
+                f"is wider. Without range= any number is taken. (R0110)"
             )
         return low, high
 
@@ -125,21 +131,30 @@ def _checked_table(given: Any) -> Table:
     try:
         points = tuple((_number(a), _number(b)) for a, b in given)
     except (TypeError, ValueError, OverflowError) as why:
-        raise SchemaError("a table is pairs (count, value), at least two.") from why
+        raise SchemaError(
+            "a table is pairs (count, value), at least two, such as table=[(0, 0.0), "
+            "(180, 3.1)]. (R0111)"
+        ) from why
     if len(points) < 2 or not all(math.isfinite(x) for point in points for x in point):
-        raise SchemaError("a table is pairs (count, value) of numbers, at least two.")
+        raise SchemaError(
+            "a table is pairs (count, value) of numbers, at least two, such as "
+            "table=[(0, 0.0), (180, 3.1)]. (R0111)"
+        )
     points = tuple(sorted(points))
     if not all(
         math.isfinite(b - a) for a, b in zip(points[0], points[-1], strict=True)
     ):
-        raise SchemaError("a table is pairs (count, value) of finite spans.")
+        raise SchemaError(
+            "a table is pairs (count, value) of finite spans: write smaller "
+            "numbers. (R0111)"
+        )
     if any(a[0] == b[0] for a, b in pairwise(points)):
-        raise SchemaError("a table names each count once.")
+        raise SchemaError("a table names each count once. (R0111)")
     ends = [b[1] - a[1] for a, b in pairwise(points)]
     if not (all(step > 0 for step in ends) or all(step < 0 for step in ends)):
         raise SchemaError(
             "the values of a table rise all the way, or fall all the way; "
-            "otherwise a value would stand for several counts."
+            "otherwise a value would stand for several counts. (R0111)"
         )
     return points
 

@@ -67,7 +67,7 @@ class Maker(Generic[P]):
         unit = self.__name__ if self.__name__ in ("percent", "count") else "cm"
         raise UnitError(
             f"{self.__name__}() makes a field. To calculate with a unit, take one "
-            f"of rems_net.units: from rems_net.units import {unit}"
+            f"of rems_net.units: from rems_net.units import {unit} (R0112)"
         )
 
     __rmul__ = __truediv__ = __rtruediv__ = __mul__
@@ -113,13 +113,13 @@ def measure(measures: str, si: str) -> Measure:
         if found.dimension != DIMENSIONS[measures] or found.relative:
             raise UnitError(
                 f"{name}() takes a unit such as {si!r}; "
-                f"{unit!r} is a unit of {found.measures}."
+                f"{unit!r} is a unit of {found.measures}. (R0102)"
             )
         size = _shape(shape)
         if dtype and not size:
             raise SchemaError(
                 f"{name}(dtype={dtype!r}) is one float, whatever its dtype; for an "
-                f"array of them give shape=."
+                f"array of them give shape=. (R0112)"
             )
         kind = (dtype or "f8") if size else "float"
         return Field(kind, unit, range, default, size, max_age, doc=doc)
@@ -212,10 +212,11 @@ def count(
     pairs = tuple(table)
     if means and not (pairs or functions):
         raise SchemaError(
-            f"count(means={means!r}) needs table= or functions= to say what a count is."
+            f"count(means={means!r}) needs table= or functions= to say what a count "
+            "is. (R0111)"
         )
     if pairs and functions:
-        raise SchemaError("a count has a table or functions, not both.")
+        raise SchemaError("a count has a table or functions, not both. (R0111)")
     return Field(
         "int",
         "count",

@@ -82,7 +82,7 @@ def show(value: object) -> str:
 def refuse(field: Kind, where: str, got: object, hint: str = "") -> FieldValueError:
     """Return the error for a value that the field refuses."""
     return FieldValueError(
-        f"{where} expects {expected(field)}, but got {show(got)}.{hint}"
+        f"{where} expects {expected(field)}, but got {show(got)}.{hint} (R0101)"
     )
 
 

@@ -37,10 +37,12 @@ class Tree:
         if not isinstance(name, str) or not name or len(name) > MAX_TITLE:
             raise SchemaError(
                 f"a schema begins with its name, such as Schema('woodbot.command', "
-                f"{{...}}); got {name!r}."
+                f"{{...}}); got {name!r}. (R0113)"
             )
         if not name.isprintable():
-            raise SchemaError(f"the name of a schema is printable, not {name!r}.")
+            raise SchemaError(
+                f"the name of a schema is printable, not {name!r}. (R0113)"
+            )
         tree: dict[str, Any] = {}
         _nest(name, {} if entries is None else entries, (), tree)
         self._fill(name, tree)
@@ -59,18 +61,22 @@ class Tree:
                 paths += [f"{key}/{path}" for path in group.paths]
                 fields += group.fields
         if len(paths) > MAX_FIELDS:
-            raise SchemaError(f"{name} has more than {MAX_FIELDS} fields.")
+            raise SchemaError(
+                f"{name} has more than {MAX_FIELDS} fields. Put numbers of one kind "
+                "into an array(). (R0115)"
+            )
         put = self.__dict__
         put["name"], put["entries"] = name, tree
         put["paths"], put["fields"] = tuple(paths), tuple(fields)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise SchemaError(
-            f"{self.name} is frozen: build another schema (+, rename, prefix, slice)."
+            f"{self.name} is frozen: build another schema (+, rename, prefix, "
+            "slice). (R0106)"
         )
 
     def __delattr__(self, name: str) -> None:
-        raise SchemaError(f"{self.name} is frozen.")
+        raise SchemaError(f"{self.name} is frozen: build another schema. (R0106)")
 
     # -- looking in -----------------------------------------------------------
 
@@ -116,7 +122,7 @@ class Tree:
                 hint += (
                     f" Its class declares them: {words} = Settings({path}=number())."
                 )
-        return UnknownFieldError(f"{self.name} has no field {path!r}.{hint}")
+        return UnknownFieldError(f"{self.name} has no field {path!r}.{hint} (R0104)")
 
     # -- identity -------------------------------------------------------------
 
@@ -206,20 +212,26 @@ def _nest(
     if not isinstance(entries, Mapping):
         raise _no_field("/".join((name, *before)), entries)
     if before and not entries:
-        raise SchemaError(f"{'/'.join((name, *before))} is a group without fields.")
+        raise SchemaError(
+            f"{'/'.join((name, *before))} is a group without fields. Give it one, or "
+            "leave it out. (R0115)"
+        )
     for path, entry in entries.items():
         if not isinstance(path, str):
-            raise SchemaError(f"{name}: field names are text, not {path!r}.")
+            raise SchemaError(f"{name}: field names are text, not {path!r}. (R0113)")
         chunks = chunks_of(path)
         if not chunks:
             raise SchemaError(
                 f"{name}: {path!r} is not a field name. Names have letters, digits "
-                f"and _, no spaces, none of * $ # ?, and do not begin with @."
+                f"and _, no spaces, none of * $ # ?, and do not begin with @. (R0113)"
             )
         if before:
             chunks = (*before, *chunks)
         if len(chunks) > MAX_DEPTH:
-            raise SchemaError(f"{name} nests more than {MAX_DEPTH} deep.")
+            raise SchemaError(
+                f"{name} nests more than {MAX_DEPTH} groups deep. Join two of the "
+                "groups. (R0115)"
+            )
         if isinstance(entry, Field):
             _put(name, chunks, entry, tree)
         else:
@@ -232,9 +244,14 @@ def _put(
     for chunk in chunks[:-1]:
         tree = tree.setdefault(chunk, {})
         if not isinstance(tree, dict):
-            raise SchemaError(f"{name}: {'/'.join(chunks)!r} lies inside a field.")
+            raise SchemaError(
+                f"{name}: {'/'.join(chunks)!r} lies inside a field. Rename one of "
+                "them. (R0114)"
+            )
     if chunks[-1] in tree:
-        raise SchemaError(f"{name} defines {'/'.join(chunks)!r} twice.")
+        raise SchemaError(
+            f"{name} defines {'/'.join(chunks)!r} twice. Rename one of them. (R0114)"
+        )
     tree[chunks[-1]] = field
 
 
@@ -249,5 +266,5 @@ def _no_field(place: str, got: object) -> SchemaError:
         )
     return SchemaError(
         f"{place} must be a field such as length('m'), or a dict of fields; "
-        f"got {got!r}.{hint}"
+        f"got {got!r}.{hint} (R0112)"
     )

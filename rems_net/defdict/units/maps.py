@@ -60,12 +60,12 @@ def unit_map(source: str, target: str) -> Affine:
     if a.dimension != b.dimension or a.relative != b.relative:
         raise UnitError(
             f"{a.text or 'a plain number'} ({a.measures}) cannot become "
-            f"{b.text or 'a plain number'} ({b.measures})."
+            f"{b.text or 'a plain number'} ({b.measures}). (R0102)"
         )
     if a.relative:
         one, other = RELATIVE[a.text], RELATIVE[b.text]
         if one is None or other is None:
-            raise UnitError(f"{a.text} becomes {b.text} only through ranges.")
+            raise UnitError(f"{a.text} becomes {b.text} only through ranges. (R0102)")
         return Affine(mul=other) if other > one else Affine(div=one)
     try:
         if a.size is not None and b.size is not None:
@@ -78,7 +78,7 @@ def unit_map(source: str, target: str) -> Affine:
         pass  # the error below is for this, too, and for a factor of 0 or infinity
     raise UnitError(
         f"{a.text} against {b.text} is too large or too small a factor to "
-        f"calculate with."
+        f"calculate with. (R0102)"
     )
 
 

@@ -65,7 +65,7 @@ def tidy(text: str) -> str:
     if not isinstance(text, str):
         raise UnitError(
             f"a unit is text, such as 'mm'; got {text!r}. A value to begin with is "
-            f"default={text!r}, and limits are range=(0, 10)."
+            f"default={text!r}, and limits are range=(0, 10). (R0103)"
         )
     if len(text) > MAX_TEXT:
         raise _no_unit(text)
@@ -78,7 +78,7 @@ def tidy(text: str) -> str:
 
 
 def _no_unit(text: str) -> UnitError:
-    return UnitError(f"{text[:MAX_TEXT]!r} is not written like a unit.")
+    return UnitError(f"{text[:MAX_TEXT]!r} is not written like a unit. (R0103)")
 
 
 @lru_cache(maxsize=1024)
@@ -163,7 +163,9 @@ def unyt_unit(text: str) -> Any:
         known = (one for one in dir(unyt.unit_symbols) if one[:1].isalpha())
         hint = _meant(text) or nearest(text, [*TABLE, *RELATIVE])
         hint = hint or nearest(text, known, 0.8)
-        raise UnitError(f"{text!r} is not a unit that unyt knows.{hint}") from why
+        raise UnitError(
+            f"{text!r} is not a unit that unyt knows.{hint} (R0103)"
+        ) from why
 
 
 def _meant(text: str) -> str:

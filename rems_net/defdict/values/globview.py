@@ -37,7 +37,10 @@ class GlobView(MutableMapping[str, Any]):
             raise self._tree.unknown(path)
 
     def __delitem__(self, path: str) -> NoReturn:
-        raise FixedKeysError(f"the fields of {self._tree.name} are fixed.")
+        raise FixedKeysError(
+            f"the fields of {self._tree.name} are fixed by its schema and cannot be "
+            "removed. (R0106)"
+        )
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._paths)
@@ -57,7 +60,8 @@ class GlobView(MutableMapping[str, Any]):
             if len(given) != len(self._paths):
                 raise FieldValueError(
                     f"{self._tree.name}: {self._glob!r} selects "
-                    f"{len(self._paths)} fields, but {len(given)} values came."
+                    f"{len(self._paths)} fields, but {len(given)} values came. Give "
+                    "one for each. (R0107)"
                 )
             self._value.update(dict(zip(self._paths, given, strict=True)))
             return

@@ -48,7 +48,7 @@ class FixedMapping(MutableMapping[str, Any]):
 
     def __init__(self, *args: object, **kwargs: object) -> None:
         raise FieldValueError(
-            "a DefDict is made by its schema: value = schema({'x': 1.0})."
+            "a DefDict is made by its schema: value = schema({'x': 1.0}). (R0108)"
         )
 
     def __getitem__(self, key: str) -> Any:
@@ -69,7 +69,7 @@ class FixedMapping(MutableMapping[str, Any]):
     def __delitem__(self, key: str) -> NoReturn:
         raise FixedKeysError(
             f"the keys of {self._place()} are fixed by its schema and cannot be "
-            f"removed. dict(value) is a dict of its own."
+            f"removed. dict(value) is a dict of its own. (R0106)"
         )
 
     def update(self, other: Any = (), /, **fields: Any) -> None:
@@ -77,10 +77,17 @@ class FixedMapping(MutableMapping[str, Any]):
         if isinstance(other, FixedMapping):
             _check_units(self._root, self._prefix, other._schema)
             other = other.flat()
-        keep = self._leaves.copy()
+        leaves = self._leaves
+        keep = leaves.copy()
+        fast: Fast = {} if self._is_locked else self._fast
         try:
             pairs = other.items() if hasattr(other, "items") else other
             for key, value in pairs:
+                if type(value) is float and type(key) is str and key in fast:
+                    low, high, place = fast[key]  # as in `__setitem__`, without a call
+                    if low <= value <= high:
+                        leaves[place] = value
+                        continue
                 self[key] = value
             for key, value in fields.items():
                 self[key] = value
@@ -159,13 +166,14 @@ class FixedMapping(MutableMapping[str, Any]):
         ):
             raise FieldValueError(
                 f"{self._place()} expects a dict of fields, or one value for each of "
-                f"its {len(self._schema.paths)} fields; got {show(values)}."
+                f"its {len(self._schema.paths)} fields; got {show(values)}. (R0107)"
             )
         paths = self._schema.paths
         if len(values) != len(paths):
             raise FieldValueError(
                 f"{self._place()} has {len(paths)} fields ({_some(paths)}), but "
-                f"{len(values)} values came."
+                f"{len(values)} values came. Give one for each, or name some in a "
+                "dict. (R0107)"
             )
         self.update(zip(paths, values, strict=True))
 
@@ -252,5 +260,5 @@ def _check_units(target: Tree, prefix: str, source: Tree) -> None:
             raise UnitError(
                 f"{target.name}: {prefix + path!r} is in {mine.unit or 'plain numbers'}"
                 f", but in {theirs.unit or 'plain numbers'} in {source.name}. Convert "
-                f"it first: value.to(...)."
+                f"it first: value.to(...). (R0102)"
             )

@@ -45,7 +45,7 @@ class DefDict(FixedMapping):
         if taken(key):
             raise UnknownAttributeError(
                 f"{self._where(key)} has the name of a method of every DefDict. "
-                f"Write value[{key!r}] = ..."
+                f"Write value[{key!r}] = ... (R0105)"
             )
         self._set(key, value)
 
@@ -77,7 +77,8 @@ class DefDict(FixedMapping):
     def __reduce_ex__(self, protocol: object) -> NoReturn:
         raise TypeError(
             f"a DefDict is not pickled: send payload = value.encode(), and read it "
-            f"with the schema of {self._schema.name}: value = schema.decode(payload)."
+            f"with the schema of {self._schema.name}: value = "
+            "schema.decode(payload). (R0108)"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -123,7 +124,7 @@ class DefDict(FixedMapping):
             if not (field.numeric or field.dtype == "bool"):
                 raise FieldValueError(
                     f"{self._schema.name}: {path!r} is {field.dtype}, not a number; "
-                    f"take a schema of the numbers first: schema.slice(...)."
+                    f"take a schema of the numbers first: schema.slice(...). (R0109)"
                 )
             parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
         flat = np.concatenate(parts) if parts else np.empty(0)
@@ -134,7 +135,7 @@ class DefDict(FixedMapping):
         if copy is False:
             raise ValueError(
                 f"the numbers of {self._schema.name} are copied into an array; leave "
-                "out copy=False."
+                "out copy=False. (R0109)"
             )
         return self.to_array().astype(dtype or np.float64)
 
@@ -145,7 +146,7 @@ class DefDict(FixedMapping):
         if found.shape not in ((size,), (size, 1)):
             raise FieldValueError(
                 f"{self._schema.name} has {size} numbers: it takes an array of shape "
-                f"({size},) or ({size}, 1), not {found.shape}."
+                f"({size},) or ({size}, 1), not {found.shape}. (R0107)"
             )
         flat, first, given = found.ravel(), 0, {}
         for path, field, _ in self._rows():
@@ -159,7 +160,10 @@ class DefDict(FixedMapping):
         """Return a field as a quantity of unyt."""
         field = self._field(path)
         if not field.numeric:
-            raise FieldValueError(f"{self._schema.name}: {path!r} is {field.dtype}.")
+            raise FieldValueError(
+                f"{self._schema.name}: {path!r} is {field.dtype}, not a number; read "
+                f"it as value[{path!r}]. (R0109)"
+            )
         unyt = importlib.import_module("unyt")
         unit = field.unit if field.unit not in ("", "ratio") else "dimensionless"
         make = unyt.unyt_array if field.shape else unyt.unyt_quantity
@@ -205,7 +209,8 @@ class DefDict(FixedMapping):
         found = self._schema[path]
         if not isinstance(found, Field):
             raise UnknownFieldError(
-                f"{self._schema.name}: {path!r} is a group of fields."
+                f"{self._schema.name}: {path!r} is a group of fields; name one of "
+                "them. (R0104)"
             )
         return found
 
@@ -261,7 +266,10 @@ def _limited(field: Kind, number: Any, where: str) -> Any:
             number = to_unit(field, str(number.units), where, number)(number.value)
         found = np.asarray(number)
         if found.dtype.kind == "f" and np.isnan(found).any():
-            raise FieldValueError(f"{where} has no nearest value to NaN.")
+            raise FieldValueError(
+                f"{where} has no nearest value to NaN; look for a division by "
+                "0. (R0101)"
+            )
         return np.clip(found, low, high)
     wide = Kind("float", field.unit)
     if is_quantity(number) or isinstance(number, str):

@@ -23,7 +23,7 @@ from rems_net.defdict.fields.field import Field
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.wire.codec import Code, decoder, targets
 from rems_net.defdict.wire.reader import Reader
-from rems_net.errors import FieldValueError, WireError
+from rems_net.errors import FieldValueError, WireError, uncoded
 
 #: the representation "CDR, little-endian", and two bytes of options: none
 HEADER = b"\0\1\0\0"
@@ -70,14 +70,16 @@ class Cdr:
         """Return the value in a message; raise WireError if it does not fit."""
         name = self.schema.name
         if bytes(message[:4]) != HEADER:
-            raise WireError(f"{name}: this is no message in little-endian CDR.")
+            raise WireError(f"{name}: this is no message in little-endian CDR. (R0124)")
         data = bytes(message[4:])
         try:
             leaves, end = _taker(self.schema)(data, 0)
         except _BAD as why:
-            raise WireError(f"{name}: the message does not fit: {why}") from why
+            raise WireError(
+                f"{name}: the message does not fit: {uncoded(why)} (R0124)"
+            ) from why
         if end != len(data):
-            raise WireError(f"{name}: {len(data)} bytes came; expected {end}.")
+            raise WireError(f"{name}: {len(data)} bytes came; expected {end}. (R0124)")
         return self.schema.around(leaves)
 
     @cached_property
@@ -281,18 +283,22 @@ def _take_open(one: Field, data: bytes, at: int) -> tuple[Any, int]:
     at += _LENGTH.size
     if one.item is not None:
         if length > one.max_len:
-            raise FieldValueError(f"a list has {length} items; at most {one.max_len}.")
+            raise FieldValueError(
+                f"a list has {length} items; at most {one.max_len}. (R0124)"
+            )
         items = []
         for _ in range(length):
             leaves, at = _taker(one.item)(data, at)
             items.append(one.item.around(leaves))
         return tuple(items), at
     if length > len(data) - at:
-        raise FieldValueError(f"it ends {length - len(data) + at} bytes too early.")
+        raise FieldValueError(
+            f"it ends {length - len(data) + at} bytes too early. (R0124)"
+        )
     found = data[at : at + length]
     at += length
     if one.dtype == "bytes":
         return found, at
     if found[-1:] != b"\0":
-        raise FieldValueError("a string does not end with a zero.")
+        raise FieldValueError("a string does not end with a zero. (R0124)")
     return found[:-1].decode(), at

@@ -36,11 +36,11 @@ class Reader:
         """Return what msgpack finds in a payload; raise WireError if it can't be."""
         name = self.tree.name
         if not isinstance(payload, bytes | bytearray | memoryview):
-            raise WireError(f"{name}: a payload is bytes, not {show(payload)}.")
+            raise WireError(f"{name}: a payload is bytes, not {show(payload)}. (R0123)")
         if len(payload) > self.max_size:
             raise WireError(
                 f"{name}: {len(payload)} bytes came; its longest payload "
-                f"has {self.max_size}."
+                f"has {self.max_size}. (R0123)"
             )
         try:
             return unpack(payload, longest_list=self.max_list, largest_map=self.max_map)
@@ -48,7 +48,7 @@ class Reader:
             text = str(why).rstrip(".") or type(why).__name__
             json = " It looks like JSON." if bytes(payload[:1]) in (b"{", b"[") else ""
             raise WireError(
-                f"{name}: the payload is not one msgpack map: {text}.{json}"
+                f"{name}: the payload is not one msgpack map: {text}.{json} (R0123)"
             ) from why
 
     def read(self, payload: bytes) -> Leaves:
@@ -61,16 +61,21 @@ class Reader:
 def _read(tree: Tree, found: Any, prefix: str, name: str, leaves: Leaves) -> None:
     if not isinstance(found, dict):
         place = f"{name}: {prefix[:-1]!r}" if prefix else name
-        raise WireError(f"{place} expects a map of fields, but got {show(found)}.")
+        raise WireError(
+            f"{place} expects a map of fields, but got {show(found)}. (R0123)"
+        )
     for key in found:
         if key not in tree.entries:
             hint = nearest(key, tree.entries)
             hint = hint or f" It has {', '.join(map(repr, tree.entries))}."
-            raise WireError(f"{name} has no field {f'{prefix}{key}'!r}.{hint}")
+            raise WireError(f"{name} has no field {f'{prefix}{key}'!r}.{hint} (R0123)")
     for key, entry in tree.entries.items():
         path = prefix + key
         if key not in found:
-            raise WireError(f"{name}: {path!r} is missing from the payload.")
+            raise WireError(
+                f"{name}: {path!r} is missing from the payload: use the same schema "
+                "on both sides. (R0123)"
+            )
         if isinstance(entry, Tree):
             _read(entry, found[key], f"{path}/", name, leaves)
         else:
@@ -83,15 +88,15 @@ def read_leaf(field: Field, value: Any, where: str) -> Any:
         size = field.size * field.element.itemsize
         if type(value) is not bytes or len(value) != size:
             raise WireError(
-                f"{where} expects {size} bytes of array, but got {show(value)}."
+                f"{where} expects {size} bytes of array, but got {show(value)}. (R0123)"
             )
         if field.dtype == "bool" and value.strip(b"\0\1"):
-            raise WireError(f"{where} expects bytes of 0 and 1.")
+            raise WireError(f"{where} expects bytes of 0 and 1. (R0123)")
         value = np.frombuffer(value, field.element).reshape(field.shape)
     elif field.dtype == "list":
         return _list(field, value, where)
     elif field.numeric and type(value) is not int and type(value) is not float:
-        raise WireError(f"{where} expects a number, but got {show(value)}.")
+        raise WireError(f"{where} expects a number, but got {show(value)}. (R0123)")
     try:
         return accept(field, value, where)
     except FieldValueError as why:
@@ -102,7 +107,8 @@ def _list(field: Field, value: Any, where: str) -> tuple[Any, ...]:
     item = field.item
     if item is None or type(value) is not list or len(value) > field.max_len:
         raise WireError(
-            f"{where} expects a list of at most {field.max_len}, but got {show(value)}."
+            f"{where} expects a list of at most {field.max_len}, but got "
+            f"{show(value)}. (R0123)"
         )
     made = []
     for i, one in enumerate(value):

@@ -279,5 +279,5 @@ def _no_readings(
 ) -> Exception:
     return SchemaError(
         f"exchange() returned {came!r}; expected None, or fields by port, such as "
-        f'{{"state": {{"x": 0.1}}}}; the ports are {", ".join(ports)}.{hint}'
+        f'{{"state": {{"x": 0.1}}}}; the ports are {", ".join(ports)}.{hint} (R0304)'
     )

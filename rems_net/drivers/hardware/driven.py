@@ -14,7 +14,7 @@ from rems_net.agents.verbs import verb
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict, frequency
 from rems_net.drivers.hardware.device_thread import DeviceThread, Readings
-from rems_net.errors import AgentError, SchemaError
+from rems_net.errors import AgentError, SchemaError, uncoded
 from rems_net.events import warn
 
 #: s. A device must answer for the first time within this.
@@ -137,7 +137,7 @@ class Driven(Driver):
         """
         device = self._device
         if device is None:
-            raise AgentError(self.key, "it is not open yet.")
+            raise AgentError(self.key, "it is not open yet: call open() first. (R0313)")
         return {
             "connected": device.connected,
             "safe": device.watchdog.why,
@@ -159,14 +159,15 @@ class Driven(Driver):
             if asked > most:
                 raise SchemaError(
                     f"{self.key} has rate = {asked:g} Hz; expected {most:g} Hz at "
-                    f"most, which is {driver_of(type(self)).__name__}'s own."
+                    f"most, which is {driver_of(type(self)).__name__}'s own. (R0309)"
                 )
             self.rate = asked
         least = 2 / self.max_age
         if not least <= self.rate <= 10_000:
             raise SchemaError(
                 f"{type(self).__name__}.rate is {self.rate!r}; expected exchanges per "
-                f"second, at least {least:g}, since a command lives {self.max_age:g} s."
+                f"second, at least {least:g}, since a command lives {self.max_age:g} "
+                "s. (R0309)"
             )
 
     def open(self) -> None:
@@ -179,13 +180,16 @@ class Driven(Driver):
         device.start()
         if not device.ready.wait(OPEN):
             hangs = device.hangs(0.0) or "it is silent"
-            raise AgentError(self.key, f"no answer of the device: {hangs}.")
+            raise AgentError(self.key, f"no answer of the device: {hangs}. (R0310)")
         if isinstance(device.failure, OSError):
             failure, device.failure = device.failure, None
             why = f"{self.explain(failure) or describe(failure)}. {self.checks}"
             if isinstance(failure, NoDeviceError):
                 why = str(failure)
-            raise AgentError(self.key, f"there is no connection to its device: {why}")
+            raise AgentError(
+                self.key,
+                f"there is no connection to its device: {uncoded(why)} (R0310)",
+            )
         self._look()
 
     def rewind(self) -> None:
@@ -235,7 +239,8 @@ class Driven(Driver):
         if late:
             raise AgentError(
                 self.key,
-                f"{hangs}: it could not be told to stop. If it moves, switch it off.",
+                f"{hangs}: the robot may not have stopped. If it moves, switch it "
+                "off. (R0311)",
             )
         if device.failure is not None:
             raise device.failure

@@ -54,8 +54,8 @@ class SerialDriven(Driven):
             raise SchemaError(
                 f"{self.key} needs the name of its port, such as options = {{ port = "
                 '"/dev/ttyUSB0" } or "COM3" in a file, or --set options.port=COM3 '
-                "behind a verb. Which there are, and what answers there, says: rems "
-                "board ports"
+                "behind a verb. To list the ports and their devices, type: rems "
+                "board ports (R0309)"
             )
 
     def connect(self) -> None:
@@ -64,7 +64,7 @@ class SerialDriven(Driven):
         if not hasattr(library, "Serial"):
             raise MissingPartError(
                 "There is another library of the name serial in the way. Type: pip "
-                "uninstall serial, then: pip install --force-reinstall pyserial"
+                "uninstall serial, then: pip install --force-reinstall pyserial (R0302)"
             )
         port, baud, writing = self.options.port, self.options.baud, 5 * self.timeout
         try:

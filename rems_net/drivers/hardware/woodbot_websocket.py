@@ -93,7 +93,8 @@ class OriginalFirmware(Driven):
         if not self.options.dead_band < self.options.saturation:
             raise SchemaError(
                 f"dead_band is {self.options.dead_band:g} and saturation "
-                f"{self.options.saturation:g}; expected a dead_band below saturation."
+                f"{self.options.saturation:g}; expected a dead_band below "
+                "saturation. (R0309)"
             )
 
     def open(self) -> None:
@@ -221,7 +222,8 @@ class OriginalFirmware(Driven):
             raise SchemaError(
                 f"{type(self).__name__} needs a command with wheel/left and "
                 "wheel/right, such as angular_velocity(range=(-7, 7)): the end of the "
-                f"range is the speed at 100 %. {schema.name} has {path!r} not so."
+                f"range is the speed at 100 %. {schema.name} has {path!r} "
+                "without that unit or without a range. (R0306)"
             )
         return float(field.range[1])
 
@@ -253,5 +255,5 @@ def _check_url(url: str) -> None:
     raise SchemaError(
         f"url is {url!r}; expected where the robot is, such as "
         'options = { url = "ws://192.168.8.200" }, or with a port, '
-        '"ws://192.168.4.1:81".'
+        '"ws://192.168.4.1:81". (R0309)'
     )

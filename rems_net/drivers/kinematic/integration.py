@@ -60,7 +60,7 @@ class Integration:
         if self.kind not in LIMITS:
             raise SchemaError(
                 f"{type(robot).__name__} states integrator = {stated!r:.60}; expected "
-                '"euler" or "rk4".'
+                '"euler" or "rk4". (R0304)'
             )
         self.count = robot.options["substeps"] or self.count
         self._steps = 0
@@ -192,7 +192,9 @@ class Integration:
         if not isfinite(rate) and not self.told:
             why = f"{place} returned {rate:g} for it"
         n = self.robot.tick.n
-        return SchemaError(f"at tick {n}, {path!r} of the state is infinite: {why}.")
+        return SchemaError(
+            f"at tick {n}, {path!r} of the state is infinite: {why}. (R0305)"
+        )
 
 
 def _most(values: Iterable[Any]) -> Any:

@@ -77,7 +77,10 @@ class Kinematic(Model):
             if self.accelerometers:
                 felt = feel(self.accelerometers, self.went, self.goes, self._dt)
                 read = {**felt, **read}
-            self.sensors = {path: _plain(value) for path, value in read.items()}
+            self.sensors = {
+                path: value if type(value) is float else _plain(value)
+                for path, value in read.items()
+            }
             if self.shared is not None:
                 self.sensors = cast("KinematicWorld", self.shared).see(self)
         self.add_noise()

@@ -59,7 +59,7 @@ class Mathematics:
             hint = " Is `return` missing?" if given is None else ""
             raise SchemaError(
                 f"{self.place} returns {_show(given)}; expected a dict such as "
-                f"{self.example}.{hint}"
+                f"{self.example}.{hint} (R0304)"
             )
         return {path: self.number(path, value) for path, value in given.items()}
 
@@ -111,12 +111,13 @@ class Rates(Mathematics):
             return parse_quantity(value, unit, f"{path!r} of {self.place}")
         if value is None:
             raise SchemaError(
-                f"{self.place} returns None for {path!r}; expected a number in {unit}."
+                f"{self.place} returns None for {path!r}; expected a number in "
+                f"{unit}. (R0304)"
             )
         if path in self.unclear:
             raise SchemaError(
                 f"{self.place} returns {_show(value)} for {path!r}, and "
-                f"{self.unclear[path]}"
+                f"{self.unclear[path]} (R0304)"
             )
         return value
 
@@ -129,7 +130,7 @@ def _refusal(place: str, example: str, port: str) -> Callable[[str], SchemaError
         return SchemaError(
             f"{place} sets {port}[{path!r}] "
             f"({where(threading.current_thread())}), and can only read it; return a "
-            f"dict such as {example}."
+            f"dict such as {example}. (R0304)"
         )
 
     return refuse

@@ -106,7 +106,7 @@ def _accelerometers(robot: Robot) -> list[Accelerometer]:
         if found != needed:
             raise SchemaError(
                 f"{type(robot).__name__}: an accelerometer needs {path!r} of the state "
-                f"in {needed}, but {state.name} has it in {found!r}."
+                f"in {needed}, but {state.name} has it in {found!r}. (R0306)"
             )
     return [one for one in robot.body().sensors if isinstance(one, Accelerometer)]
 

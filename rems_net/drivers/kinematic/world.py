@@ -166,7 +166,7 @@ def _body(robot: Robot) -> Body:
     if units != ["m", "m", "rad"] and not body.fixed:
         raise SchemaError(
             f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
-            f"{schema.name} has {', '.join(schema.paths)}."
+            f"{schema.name} has {', '.join(schema.paths)}. (R0306)"
         )
     return body
 

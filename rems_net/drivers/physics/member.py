@@ -78,7 +78,9 @@ class Member:
     def instance(self) -> Instance:
         """The robot's body in the engine. Raises AgentError before `open`."""
         if self._instance is None:
-            raise AgentError(self.robot.key, "it has no world yet: call open() first.")
+            raise AgentError(
+                self.robot.key, "it has no world yet: call open() first. (R0313)"
+            )
         return self._instance
 
     @cached_property

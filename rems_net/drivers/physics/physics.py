@@ -19,7 +19,7 @@ from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
-from rems_net.errors import SchemaError
+from rems_net.errors import SchemaError, uncoded
 from rems_net.libraries import look_for
 from rems_net.scenes.outline import check_places
 from rems_net.scenes.scene import Scene
@@ -98,7 +98,8 @@ class Physics(Simulated):
                 raise SchemaError(
                     f"{type(self).__name__}: command {joint.obeys!r} goes from "
                     f"{asked[0]:g} to {asked[1]:g}, and joint {joint.name!r} of {file} "
-                    f"from {low:g} to {high:g}: write range=({low:g}, {high:g})."
+                    f"from {low:g} to {high:g}: write range=({low:g}, "
+                    f"{high:g}). (R0307)"
                 )
 
     def _check(self, port: str, path: str, unit: str) -> None:
@@ -109,13 +110,14 @@ class Physics(Simulated):
         if path not in schema:
             raise SchemaError(
                 f"{type(self).__name__}: the body needs the field {path!r} of "
-                f"{port}. {schema.unknown(path)}"
+                f"{port}. {uncoded(schema.unknown(path))} (R0306)"
             )
         found = getattr(schema[path], "unit", None)
         if found != unit:
             raise SchemaError(
                 f"{type(self).__name__}: physics needs {port} {path!r} in {unit!r}, "
-                f"but {schema.name} has it in {found!r}. Give the field that unit."
+                f"but {schema.name} has it in {found!r}. Give the field that "
+                "unit. (R0306)"
             )
 
     def _check_picture(self, camera: sensors.Camera) -> None:
@@ -129,7 +131,7 @@ class Physics(Simulated):
             raise SchemaError(
                 f"{type(self).__name__}: the camera {camera.name!r} needs a field for "
                 f"its picture; write in {schema.name}: "
-                f'"{camera.name}": array({camera.shape}, dtype="u1")'
+                f'"{camera.name}": array({camera.shape}, dtype="u1") (R0306)'
             )
 
     def look_for_renderer(self) -> None:
@@ -161,7 +163,7 @@ class Physics(Simulated):
         if min(steps) != max(steps):
             raise SchemaError(
                 f"its robots have physics_step {min(steps):g} s and {max(steps):g} s; "
-                "one world has one: give all of them the same."
+                "one world has one: give all of them the same. (R0307)"
             )
         if scene.mjcf and "mujoco" not in cls.needs:
             raise SchemaError(NEEDS_MUJOCO)

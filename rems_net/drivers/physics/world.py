@@ -152,6 +152,7 @@ class PhysicsWorld:
     def _running(self) -> Engine:
         if self._engine is None:
             raise AgentError(
-                self.members[0].robot.key, "it has no world yet: call open() first."
+                self.members[0].robot.key,
+                "it has no world yet: call open() first. (R0313)",
             )
         return self._engine

@@ -23,7 +23,7 @@ def take(key: str, where: str) -> tuple[Any, bool]:
         raise AgentError(
             key,
             f"{_user} is in the same process, and that can hold one robot of Webots. "
-            "Give each a process of its own: take `host` away from both.",
+            "Give each a process of its own: take `host` away from both. (R0315)",
         )
     first = _supervisor is None
     if first:
@@ -37,7 +37,7 @@ def take(key: str, where: str) -> tuple[Any, bool]:
         raise AgentError(
             key,
             f"this process holds the robot {_where!r} of Webots, and can never hold "
-            f"another, {where!r}. Start it anew.",
+            f"another, {where!r}. Start it anew. (R0315)",
         )
     _user = key
     return _supervisor, first

@@ -138,7 +138,7 @@ def find(
                 f"{robot.getName()!r} of Webots has no motor {motor.device!r}; it has "
                 f"{', '.join(names) or 'none'}.{nearest(motor.device, names)} The "
                 "names are those of webots() in the definition: is it another robot? "
-                "Say which by the option robot."
+                "Name it by the option robot. (R0315)"
             )
     actuators = [
         Actuator(robot.getDevice(m.device), m, field("command", m.command))

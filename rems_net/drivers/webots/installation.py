@@ -35,11 +35,11 @@ def installed(
         raise MissingPartError(
             f"{HOME} is {given!r}, and there is no Webots in that folder (looked for "
             f"lib/controller/python). Set it to where Webots is installed, such as "
-            f"{usual[0]}, or unset it."
+            f"{usual[0]}, or unset it. (R0315)"
         )
     raise MissingPartError(
         f"Webots is not installed where it usually is: {', '.join(map(str, usual))}. "
-        f"Install it from {DOWNLOAD}, or set {HOME} to its folder."
+        f"Install it from {DOWNLOAD}, or set {HOME} to its folder. (R0315)"
     )
 
 
@@ -81,7 +81,7 @@ def controller() -> Any:
         raise MissingPartError(
             f"Webots is in {folder}, and its Python module cannot be loaded: {why}. "
             "Is it of this computer's kind of processor, and complete? Start Webots "
-            f"itself once; install it again from {DOWNLOAD} if that fails, too."
+            f"itself once; install it again from {DOWNLOAD} if that fails, too. (R0302)"
         ) from why
 
 
@@ -101,7 +101,7 @@ def _nothing_in_the_way(python: Path) -> None:
         raise MissingPartError(
             f"{found} is in the way: Webots has a module of the name {MODULE!r}, too, "
             "and Python takes the first one. Give yours another name, or, if pip "
-            f"installed it, type: pip uninstall {MODULE}"
+            f"installed it, type: pip uninstall {MODULE} (R0302)"
         )
 
 
@@ -114,7 +114,8 @@ def url(where: str, robot: str) -> str:
     if where and not where.startswith(("tcp://", "ipc://")):
         raise SchemaError(
             f"url is {where!r}; expected where Webots runs: tcp://192.168.1.2:1234, "
-            "ipc://1235 for another port of this computer, or nothing for this one."
+            "ipc://1235 for another port of this computer, or nothing for this "
+            "one. (R0309)"
         )
     name = quote(robot, safe="")
     return f"{where.rstrip('/')}/{name}" if where and name else where or name

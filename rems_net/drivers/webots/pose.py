@@ -83,7 +83,7 @@ def coordinate_system(key: str, robot: Any) -> str:
         raise AgentError(
             key,
             f"the world's coordinateSystem is {system!r}; expected "
-            f'{" or ".join(SYSTEMS)}. Set it to "ENU" in WorldInfo.',
+            f'{" or ".join(SYSTEMS)}. Set it to "ENU" in WorldInfo. (R0315)',
         )
     return system
 

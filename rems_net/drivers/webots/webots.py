@@ -17,7 +17,7 @@ from rems_net.drivers.webots import connection, pose
 from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.pose import Placement, coordinate_system
-from rems_net.errors import AgentError, SchemaError
+from rems_net.errors import AgentError, SchemaError, uncoded
 from rems_net.events import warn
 
 #: s between two readings of the heading: no robot turns half round in them
@@ -80,7 +80,7 @@ class Webots(Driver):
         if not isinstance(field, Field):
             raise SchemaError(
                 f"{type(self).__name__}: webots() names the field {path!r} of {port}. "
-                f"{schema.unknown(path)}"
+                f"{uncoded(schema.unknown(path))} (R0306)"
             )
         return field
 
@@ -94,9 +94,10 @@ class Webots(Driver):
         if not robot.getSupervisor():
             raise AgentError(
                 self.key,
-                f"in Webots, `supervisor` of {robot.getName()!r} is FALSE, so nobody "
-                "may ask where it is. Set it to TRUE, save the world, and reload it. "
-                "(A model without that field: right-click, Convert to Base Node(s).)",
+                f"in Webots, `supervisor` of {robot.getName()!r} is FALSE, so its "
+                "position cannot be read. Set it to TRUE, save the world, and reload "
+                "it. (A model without that field: right-click, Convert to Base "
+                "Node(s).) (R0315)",
             )
         system = coordinate_system(self.key, robot)
         self._step = float(robot.getBasicTimeStep())  # ms
@@ -104,7 +105,7 @@ class Webots(Driver):
             raise AgentError(
                 self.key,
                 f"the world's basicTimeStep is {self._step:g} ms; controllers count in "
-                "whole ones. Set it to 1, 2, 4, ... in WorldInfo.",
+                "whole ones. Set it to 1, 2, 4, ... in WorldInfo. (R0315)",
             )
         self._actuators, self._gauges = find(robot, self._devices, self._field)
         self._check()
@@ -218,7 +219,7 @@ class Webots(Driver):
             raise AgentError(
                 self.key,
                 "Webots has ended this robot's controller: it was closed, its world "
-                "reloaded or reset. Start the experiment again.",
+                "reloaded or reset. Start the experiment again. (R0315)",
             )
 
     def _follow(self) -> None:

@@ -44,7 +44,7 @@ def to_endpoint(text: str) -> str:
         raise FabricError(
             f"{text!r} is no address of a router; expected what `rems router serve` "
             "prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code such "
-            f"as {to_code('192.168.1.20')}."
+            f"as {to_code('192.168.1.20')}. (R0604)"
         )
     return f"{protocol}/{host}:{port}{settings}"
 
@@ -86,7 +86,7 @@ def from_code(text: str) -> str:
     raise FabricError(
         f"{text!r} is no code of a router: a letter or digit of it must be wrong. "
         "Read it once more where `rems router serve` runs; if it is the name of a "
-        f"machine, type tcp/{text}."
+        f"machine, type tcp/{text}. (R0604)"
     )
 
 

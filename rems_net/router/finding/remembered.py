@@ -82,7 +82,7 @@ def remember(
     except OSError as error:
         raise FabricError(
             f"Cannot remember {endpoint} in {file}: {error.strerror or error}. Set "
-            f"REMS_ROUTER to {endpoint} instead."
+            f"REMS_ROUTER to {endpoint} instead. (R0612)"
         ) from None
 
 

@@ -15,6 +15,8 @@ MACHINERY = (
     "@alive",
     "@call",
     "@crowd",
+    "@driver",
+    "@event",
     "@file",
     "@holds",
     "@join",
@@ -23,6 +25,7 @@ MACHINERY = (
     "@member",
     "@release",
     "@run",
+    "@scene",
     "@schema",
     "@start",
     "@step",
@@ -65,9 +68,10 @@ TABLE: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
     (MEMBERS, ANYTHING, EVERYTHING),
     (GUESTS, WATCH, tuple(key for key in EVERYTHING if "@step" not in key)),
     (GUESTS, ASK, ("**", "**/@schema/**", "**/@where/**", "**/@why", "**/@age")),
-    (GUESTS, ASK, ("**/@stopped",)),
-    (GUESTS, ASK, ("*/robot/*/@call/*", "*/robot/*/@lease")),
-    (GUESTS, PUT, ("*/robot/*/command", "*/stop")),
+    (GUESTS, ASK, ("**/@stopped", "**/@driver", "**/@scene")),
+    (GUESTS, ASK, ("*/robot/*/@call/*", "*/robot/*/@lease", "*/robot/*/@lease/drive")),
+    (GUESTS, ASK, ("*/input/*/@lease/drive",)),
+    (GUESTS, PUT, ("*/robot/*/command", "*/input/*/command", "*/stop")),
 )
 #: what every user may ask: which fabrics and robots are there
 PRESENCE = ("*/clock/@alive", "*/robot/*/@alive")

@@ -62,8 +62,8 @@ def load_class(path: Path, fabric: str) -> Users:
     rows = list(_rows(path))
     if not rows:
         raise FabricError(
-            f"{path} has nobody in it; expected the columns name and team, and below "
-            "them a line for each user, such as: Anna Berg,team1"
+            f"{path} has no names in it; expected the columns name and team, and below "
+            "them a line for each user, such as: Anna Berg,team1 (R0607)"
         )
     if any(row.password for row in rows):
         check_private(path)
@@ -97,29 +97,31 @@ def _rows(path: Path) -> Iterator[Row]:
                 raise FabricError(
                     f"{where}: its columns are {', '.join(columns) or 'none'}; "
                     "expected name, team, and password where you choose them yourself."
+                    " (R0607)"
                 )
             continue
         if len(words) > len(columns):
             raise FabricError(
                 f"{where} has {len(words)} cells, and there are {len(columns)} "
-                'columns; write a name with a comma in quotes: "Berg, Anna".'
+                'columns; write a name with a comma in quotes: "Berg, Anna". (R0607)'
             )
         told = dict(zip(columns, words, strict=False))
         name, team = told.get("name", ""), told.get("team", "")
         if not name:
             raise FabricError(
                 f"{where}: it has a team and no name; write one, or remove the line."
+                " (R0607)"
             )
         if not team:
             raise FabricError(
                 f"{where}: {name!r} has no team; write one into each line, as in the "
-                "first."
+                "first. (R0607)"
             )
         for what, word in (("name", name), ("team", team)):
             if not word.isprintable() or (what == "team" and not typed(word)):
                 raise FabricError(
                     f"{where}: its {what} is {word!r}; expected one with letters from "
-                    "a to z, or digits, such as 'Anna Berg' and 'team1'."
+                    "a to z, or digits, such as 'Anna Berg' and 'team1'. (R0607)"
                 )
         yield Row(line, name, typed(name), typed(team), told.get("password", ""))
 
@@ -142,7 +144,7 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
     except csv.Error as error:
         what = "a quote is open" if "end of data" in str(error) else error
         raise FabricError(
-            f"{path}, line {reader.line_num}: this is no table: {what}."
+            f"{path}, line {reader.line_num}: this is no table: {what}. (R0607)"
         ) from None
 
 
@@ -180,7 +182,7 @@ def _check(path: Path, rows: list[Row], fabric: str) -> None:
         raise FabricError(
             f"{path}: names without a letter from a to z can't be typed on every "
             "laptop. Write one beside it, such as '王芳 Wang Fang', in line "
-            f"{lines}."
+            f"{lines}. (R0607)"
         )
     users: dict[str, Row] = {}
     for row in rows:
@@ -189,12 +191,14 @@ def _check(path: Path, rows: list[Row], fabric: str) -> None:
             if not row.line:
                 what = f"line {other.line} and the teacher (team {TEACHERS!r}) are"
             raise FabricError(
-                f"{path}: {what} both the user {row.user!r}; tell them apart, such as "
-                "by an initial."
+                f"{path}: {what} both the user {row.user!r}; write an initial "
+                "behind one of the names. (R0607)"
             )
         users[row.user] = row
     if len(rows) > MOST:
-        raise FabricError(f"{path} has {len(rows)} users; expected at most {MOST}.")
+        raise FabricError(
+            f"{path} has {len(rows)} users; expected at most {MOST}. (R0607)"
+        )
     teams = sorted({row.team for row in rows} - {TEACHERS})
     for team in teams:
         # Fabrics of a team begin with its name and a dash.
@@ -204,7 +208,7 @@ def _check(path: Path, rows: list[Row], fabric: str) -> None:
             raise FabricError(
                 f"{path}: {team!r} is a team, and {name!r} is {whose}: {team!r} has "
                 f"all the fabrics whose names begin with '{team}-'. Give it another "
-                "name."
+                "name. (R0607)"
             )
 
 
@@ -238,5 +242,5 @@ def _write(slips: Path, path: Path, rows: list[Row]) -> None:
     except OSError as error:
         raise FabricError(
             f"Cannot write {slips}, where the passwords of the class are kept: "
-            f"{error.strerror or error}."
+            f"{error.strerror or error}. (R0607)"
         ) from None

@@ -11,7 +11,7 @@ from rems_net.router.gate.messages import (
     beginning,
     message,
 )
-from rems_net.router.gate.wire import EXTENDED, NAME, RefusedError, extensions, number
+from rems_net.router.gate.wire import EXTENDED, NAME, GateError, extensions, number
 
 #: messages of a batch, to bound the time of reading it. A batch has 64 KB, and a
 #: robot's state some 40 bytes.
@@ -45,7 +45,7 @@ class Reader:
         """Return why the router must not get this batch, or None."""
         try:
             self._read(bytes(batch))
-        except RefusedError as refused:
+        except GateError as refused:
             return str(refused)
         except IndexError:
             return "sent a message that is cut off"
@@ -71,14 +71,14 @@ class Reader:
                 self.has_closed |= kind == _CLOSE
                 frames += 1
             if messages > MESSAGES or frames > FRAMES:
-                raise RefusedError("sent too many messages in one batch")
+                raise GateError("sent too many messages in one batch")
         if at > size:
             raise IndexError
 
     def _fragment(self, data: bytes, at: int) -> None:
         """Read the key in the first fragment of a message; the others have none."""
         if not self._marks:
-            raise RefusedError("sent a message in fragments, as Zenoh did before 1.1")
+            raise GateError("sent a message in fragments, as Zenoh did before 1.1")
         header = data[at]
         _, at = number(data, at + 1)
         marks = set()
@@ -89,7 +89,7 @@ class Reader:
             if name == _QOS:
                 _, at = number(data, at)
             elif name not in (_FIRST, _DROP):
-                raise RefusedError(f"sent a fragment with 0x{name:02x}")
+                raise GateError(f"sent a fragment with 0x{name:02x}")
             marks.add(name)
         if _FIRST in marks:
             beginning(data, at, self.known.wild)
@@ -105,4 +105,4 @@ def _transport(data: bytes, at: int) -> int:
         return at + 1
     if header & KINDS == _CLOSE and header < EXTENDED:
         return at + 2
-    raise RefusedError(f"sent a transport message 0x{header:02x} of an unknown kind")
+    raise GateError(f"sent a transport message 0x{header:02x} of an unknown kind")

@@ -18,7 +18,7 @@ from rems_net.router.gate import shapes, wire
 from rems_net.router.gate.wire import (
     EXTENDED,
     Content,
-    RefusedError,
+    GateError,
     block,
     extensions,
     number,
@@ -87,7 +87,7 @@ class Known:
 
 
 def message(data: bytes, at: int, known: Known) -> int:
-    """Return the index of the end of the message at `at`. Raises RefusedError.
+    """Return the index of the end of the message at `at`. Raises GateError.
 
     known: the client's declarations so far.
     """
@@ -126,7 +126,7 @@ def beginning(data: bytes, at: int, wild: set[int]) -> int:
         if kind == RESPONSE and data[at] == 0 and not header & _NAMED:
             return at + 1  # an error answers for no key
     elif kind != PUSH:
-        raise RefusedError(f"sent a message 0x{header:02x} of an unknown kind")
+        raise GateError(f"sent a message 0x{header:02x} of an unknown kind")
     return _key(data, at, header, wild)
 
 
@@ -134,18 +134,18 @@ def _key(data: bytes, at: int, flags: int, wild: set[int]) -> int:
     scope, at = number(data, at)
     if not flags & _NAMED:
         if not scope:
-            raise RefusedError("sent a message without a key")
+            raise GateError("sent a message without a key")
         return at
     if wild and flags & _OWN and scope in wild:
-        raise RefusedError("sent a key whose wildcards stand in two pieces")
+        raise GateError("sent a key whose wildcards stand in two pieces")
     length, at = number(data, at)
     end = at + length
     if length > shapes.LONGEST + 1:
-        raise RefusedError(f"sent a key of {length} bytes")
+        raise GateError(f"sent a key of {length} bytes")
     if end > len(data):
         raise IndexError
     if why := _fault(data[at:end], scope != 0):
-        raise RefusedError(why)
+        raise GateError(why)
     return end
 
 
@@ -181,10 +181,10 @@ def _declaration(data: bytes, at: int, known: Known) -> int:
         if _is_wild(data, at, header):
             wild.add(name & 0xFFFF)
         if len(wild) > WILD:
-            raise RefusedError(f"declared more than {WILD} ids for wildcards")
+            raise GateError(f"declared more than {WILD} ids for wildcards")
         at = _key(data, at, header, wild)
     elif kind != _NO_ID and kind not in _WITHOUT_KEY:
-        raise RefusedError(f"sent a declaration 0x{header:02x} of an unknown kind")
+        raise GateError(f"sent a declaration 0x{header:02x} of an unknown kind")
     if kind in (_TOKEN, _ID):
         known.declare(name, kind, known.key(data, begun, header))
     elif kind in (_NO_TOKEN, _NO_ID):
@@ -193,9 +193,9 @@ def _declaration(data: bytes, at: int, known: Known) -> int:
 
 
 def _is_wild(data: bytes, at: int, flags: int) -> bool:
-    """Return whether a declared id's key has wildcards. Raises RefusedError."""
+    """Return whether a declared id's key has wildcards. Raises GateError."""
     if data[at] or not flags & _NAMED:
-        raise RefusedError("declared an id by the help of another one")
+        raise GateError("declared an id by the help of another one")
     length, start = number(data, at + 1)
     return b"*" in data[start : start + length]
 
@@ -220,7 +220,7 @@ def _value(data: bytes, at: int) -> int:
     if kind == _DEL:
         return extensions(data, at, _OF_DEL) if header & EXTENDED else at
     if kind != _PUT:
-        raise RefusedError(f"sent a value 0x{header:02x} of an unknown kind")
+        raise GateError(f"sent a value 0x{header:02x} of an unknown kind")
     if header & 0x40:
         at = wire.encoding(data, at)
     if header & EXTENDED:
@@ -232,7 +232,7 @@ def _question(data: bytes, at: int) -> int:
     header = data[at]
     at += 1
     if header & KINDS != _QUERY:
-        raise RefusedError(f"sent a question 0x{header:02x} of an unknown kind")
+        raise GateError(f"sent a question 0x{header:02x} of an unknown kind")
     if header & 0x20:
         _, at = number(data, at)
     if header & 0x40:
@@ -249,7 +249,7 @@ def _answer(data: bytes, at: int) -> int:
             _, at = number(data, at)
         return _value(data, at)
     if kind != _ERR:
-        raise RefusedError(f"sent an answer 0x{header:02x} of an unknown kind")
+        raise GateError(f"sent an answer 0x{header:02x} of an unknown kind")
     if header & 0x40:
         at = wire.encoding(data, at)
     if header & EXTENDED:
@@ -262,9 +262,9 @@ def _undeclared(data: bytes, at: int, end: int) -> int:
     flags = data[at]
     scope, at = number(data, at + 1)
     if flags & 1 and end - at > shapes.LONGEST + 1:
-        raise RefusedError(f"sent a key of {end - at} bytes")
+        raise GateError(f"sent a key of {end - at} bytes")
     if flags & 1 and (why := _fault(data[at:end], scope != 0)):
-        raise RefusedError(why)
+        raise GateError(why)
     return end
 
 

@@ -71,7 +71,7 @@ def standing(session: Session) -> Standing | None:
     for mail in answers:
         words = read(mail.payload)
         if type(words) is not list or len(words) != 3:
-            raise WireError("the router's answer is no standing.")
+            raise WireError("the router's answer is no standing. (R0621)")
         role, team, fabric = words
         if role in ("", *ROLES) and (is_name(team) or team == "") and is_name(fabric):
             return Standing(role, team, fabric)
@@ -95,7 +95,7 @@ def check_sees(session: Session) -> None:
         raise DeniedError(
             f"{_who(session, known)}, which has the fabrics {known.team!r} and "
             f"'{known.team}-...', and a look at {known.fabric!r}; {session.fabric!r} "
-            "is another's."
+            f"is another's: give --fabric {known.team}. (R0609)"
         )
 
 
@@ -115,8 +115,8 @@ def check_member(session: Session) -> None:
                 "of your own (unset REMS_ROUTER)."
             )
         raise DeniedError(
-            f"{link.user!r} is a guest of the router at {link.endpoint}: he may "
-            f"{ROLES[GUESTS]}, and no more. {todo}"
+            f"{link.user!r} is a guest of the router at {link.endpoint}: guests "
+            f"may {ROLES[GUESTS]}, and no more. {todo} (R0609)"
         )
     if known.team and not is_of_team(known.team, session.fabric):
         there = "is another's"
@@ -125,7 +125,7 @@ def check_member(session: Session) -> None:
         raise DeniedError(
             f"{_who(session, known)}: the fabrics {known.team!r} and "
             f"'{known.team}-...' are yours, and {session.fabric!r} {there}. Type: "
-            f"--fabric {known.team}"
+            f"--fabric {known.team} (R0609)"
         )
 
 

@@ -46,7 +46,7 @@ def read_said(payload: bytes) -> Stop:
         fits = len(texts) == 2 and len(by) <= LONGEST and len(at) <= LONGEST
         if fits and type(ago) is float and ago >= 0:
             return Stop(by, at, ago)
-    raise WireError("it does not say who said STOP.")
+    raise WireError("it does not name the author of the STOP. (R0621)")
 
 
 def who_stopped(session: Session) -> Stop | None:

@@ -97,10 +97,14 @@ def load(path: Path | str) -> Users:
                 f"{path}: {role!r} is no role; expected the tables "
                 f"{' and '.join(f'[{r}]' for r in ROLES)}, and in each a line for each "
                 f'user, such as anna = "seven green herons".{nearest(role, ROLES)}'
+                " (R0608)"
             )
         for name, password in table.items():
             if name in passwords:
-                raise FabricError(f"{path}: {name!r} is in two tables; expected one.")
+                raise FabricError(
+                    f"{path}: {name!r} is in two tables; expected one. Remove "
+                    "one of its lines. (R0608)"
+                )
             check_user(path, name, password)
             names[role].append(name)
             passwords[name] = password
@@ -108,7 +112,7 @@ def load(path: Path | str) -> Users:
         raise FabricError(
             f"{path} has {len(names[MEMBERS])} members among {len(passwords)} users; "
             f"expected at least 1, who can run experiments, and at most {MOST} users. "
-            'Write below [members] a line such as anna = "seven green herons".'
+            'Write below [members] a line such as anna = "seven green herons". (R0608)'
         )
     return Users(names, passwords)
 
@@ -123,7 +127,7 @@ def _read(path: Path) -> dict[str, Any]:
         at = str(error).rpartition(" (at ")[2].rstrip(")")
         raise FabricError(
             f"{path}, {at}: this is no TOML; expected a line such as "
-            'anna = "seven green herons".'
+            'anna = "seven green herons". (R0608)'
         ) from None
 
 
@@ -134,13 +138,13 @@ def text_of(path: Path, how: str = "") -> str:
     except FileNotFoundError:
         here = [p.name for p in path.parent.glob(f"*{path.suffix}")]
         hint = nearest(path.name, here)
-        raise FabricError(f"There is no file {path}.{hint}") from None
+        raise FabricError(f"There is no file {path}.{hint} (R0608)") from None
     except UnicodeDecodeError:
         raise FabricError(
-            f"{path} is no text in UTF-8; save it as UTF-8{how}."
+            f"{path} is no text in UTF-8; save it as UTF-8{how}. (R0608)"
         ) from None
     except OSError as error:
-        raise FabricError(f"Cannot read {path}: {error.strerror}.") from None
+        raise FabricError(f"Cannot read {path}: {error.strerror}. (R0608)") from None
 
 
 def check_user(path: Path, name: str, password: object) -> None:
@@ -158,7 +162,7 @@ def check_user(path: Path, name: str, password: object) -> None:
     ):
         raise FabricError(
             f"{path}: the password of {name!r} can't be used; expected {SHORTEST} to "
-            f"{LONGEST} letters in quotes, with no blank at the ends."
+            f"{LONGEST} letters in quotes, with no blank at the ends. (R0608)"
         )
 
 
@@ -168,7 +172,7 @@ def check_private(path: Path) -> None:
     if hasattr(os, "getuid") and mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise FabricError(
             f"{path} holds passwords, and other users of this machine can use "
-            f"it (mode {stat.S_IMODE(mode):o}). Type: chmod 600 {path}"
+            f"it (mode {stat.S_IMODE(mode):o}). Type: chmod 600 {path} (R0608)"
         )
 
 

@@ -16,7 +16,7 @@ NAME, ENCODING, NUMBER, BYTES = 0x7F, 0x60, 0x20, 0x40
 Content = Callable[[bytes, int, int], int] | None
 
 
-class RefusedError(Exception):
+class GateError(Exception):
     """A message that is not let through; its text is the reason."""
 
 
@@ -68,7 +68,7 @@ def responder(data: bytes, at: int, _: int = 0) -> int:
 
 
 def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
-    """Skip extensions. Raises RefusedError if one of them is not among those known.
+    """Skip extensions. Raises GateError if one of them is not among those known.
 
     Zenoh reads the content of some extensions without regard to their length. So both
     must agree; otherwise this reader would continue at another index than the router.
@@ -77,7 +77,7 @@ def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
         header = data[at]
         name = header & NAME
         if name not in known:
-            raise RefusedError(f"sent an extension 0x{name:02x} that is not known here")
+            raise GateError(f"sent an extension 0x{name:02x} that is not known here")
         at += 1
         if name & ENCODING == NUMBER:
             _, at = number(data, at)
@@ -86,7 +86,7 @@ def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
             _, at = number(data, at)
             content = known[name]
             if content is not None and content(data, at, end) != end:
-                raise RefusedError(f"sent an extension 0x{name:02x} of a wrong length")
+                raise GateError(f"sent an extension 0x{name:02x} of a wrong length")
             at = end
         if header < EXTENDED:
             return at

@@ -5,7 +5,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable
 
 from rems_net.router.asking import printable
-from rems_net.router.gate.greeting import PROBE
+from rems_net.router.gate.probe import PROBE
 from rems_net.router.gate.users import OWNER, Users
 from rems_net.router.relay import handshake, limits
 from rems_net.router.relay.connection import MOMENT, Connection

@@ -110,6 +110,7 @@ class Gate:
             raise FabricError(
                 "The router's gate has ended by a mistake of its own, and so has the "
                 f"router: {self._failure!r}. Start it again, and report this line."
+                " (R0601)"
             ) from self._failure
 
     # -- its thread --------------------------------------------------------------------

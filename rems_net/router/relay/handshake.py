@@ -28,7 +28,7 @@ _ENCODING, _NUMBER, _BYTES = 0x60, 0x20, 0x40
 _PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
 #: header of the extension with the version of fragments
 _PATCH = 0x27
-#: reasons of a Close that our clients understand: see router/gate/greeting.py
+#: reasons of a Close that our clients understand: see router/gate/probe.py
 UNSUPPORTED, INVALID, TOO_MANY, EXPIRED, TAKEN = 0x01, 0x02, 0x03, 0x05, 0x07
 
 

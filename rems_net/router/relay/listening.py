@@ -73,7 +73,7 @@ def _address(endpoint: str) -> tuple[str, int]:
     if protocol != "tcp" or any(mark in endpoint for mark in "#?"):
         raise FabricError(
             f"A router for others can't listen at {endpoint}; expected an endpoint "
-            "such as tcp/0.0.0.0:7447, with an address of this machine."
+            "such as tcp/0.0.0.0:7447, with an address of this machine. (R0613)"
         )
     return host_and_port(endpoint)
 

@@ -6,6 +6,7 @@ counts as here from the first session until there was none for a while.
 
 from __future__ import annotations
 
+import math
 import time
 from collections import OrderedDict
 from dataclasses import dataclass, field
@@ -83,7 +84,7 @@ class People:
         self._laptops: OrderedDict[tuple[str, str], _Laptop] = OrderedDict()
         #: by team, then by its own fabrics: the last user who put STOP there; STOPs of
         #: users without a team, and on the class's fabric, are at ""
-        self._stops: dict[str, OrderedDict[str, str]] = {}
+        self._stops: dict[str, OrderedDict[str, tuple[float, str]]] = {}
         self._lock = Lock()
 
     # -- what the gate sees ------------------------------------------------------------
@@ -132,7 +133,7 @@ class People:
             of = "" if fabric == self._fabric else self._team(one.owner)
             with self._lock:  # a team that repeats STOP fills only its own space
                 stops = self._stops.setdefault(of, OrderedDict())
-                stops[fabric] = self.describe(one.owner, one.host)
+                stops[fabric] = time.monotonic(), self.describe(one.owner, one.host)
                 stops.move_to_end(fabric)
                 if len(stops) > STOPS:
                     stops.popitem(last=False)
@@ -140,10 +141,11 @@ class People:
     # -- what others want to know ------------------------------------------------------
 
     def who_stopped(self, fabric: str) -> str:
-        """Return, and forget, who has put STOP there: the user and the laptop."""
+        """Return, and forget, the last author of a STOP there: user and laptop."""
         with self._lock:
-            found = [stops.pop(fabric, "") for stops in self._stops.values()]
-            return next(filter(None, found), "somebody")
+            never = -math.inf, "somebody"
+            found = [stops.pop(fabric, never) for stops in self._stops.values()]
+            return max(found, default=never)[1]
 
     def describe(self, owner: str, host: str) -> str:
         """Return the name of a user and a laptop: `anna (team1) on 192.168.1.33`."""

@@ -35,7 +35,7 @@ def built(subject: Subject, outcome: Outcome) -> None:
         raise SchemaError(
             f"max_age = {robot.max_age!r}; expected the seconds that a command lives, "
             "more than 0, and some day an end, since a robot stops by itself. Write: "
-            "max_age = 0.5"
+            "max_age = 0.5 (R0912)"
         )
     _describe(robot, outcome)
 

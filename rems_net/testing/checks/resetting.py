@@ -175,7 +175,7 @@ def _swarm(subject: Subject, path: list[dict[str, Any]], outcome: Outcome) -> No
             for robot in (a, b):
                 robot.__dict__["command"] = robot.schemas()["command"](values)
                 run = runtime(robot)
-                run.take("command", n, dt)
+                run.source_ticks["command"] = n
                 run.begin(tick)
             together(tick)
             field, far = differs(b.schemas()["state"], alone, Bench(b).where())

@@ -113,6 +113,7 @@ def test_what_is_really_driven_never_catches_up() -> None:
     assert str(caught.value) == (
         "catch_up would drive robot/real in fast forward after a hold; leave it out, "
         "or use simulated robots only."
+        " (R0433)"
     )
     with pytest.raises(ExperimentError, match="catch_up is 1; expected true or false"):
         lab(catch_up=1)
@@ -240,7 +241,9 @@ def test_a_run_that_waits_for_another_machine_can_be_ended(tmp_path: Path) -> No
 
     with pytest.raises(AgentError) as caught:
         made.run(tmp_path, show=Told(end))
-    assert str(caught.value) == "robot/far: had not come yet when the run was ended"
+    assert str(caught.value) == (
+        "robot/far: had not come yet when the run was ended (R0521)"
+    )
 
 
 def test_a_run_that_waits_for_a_tick_can_be_ended(tmp_path: Path) -> None:
@@ -254,5 +257,9 @@ def test_a_run_that_waits_for_a_tick_can_be_ended(tmp_path: Path) -> None:
     with pytest.raises(AgentError) as caught:
         lab(60.0).run(tmp_path, show=Told(end))
     # Its host waits for the other one, which waits for it: either may be named.
-    why = r"(robot/cart|input/steady): had not done tick \d+ when the run was ended"
+    # The recorder waits for both.
+    why = (
+        r"(robot/cart|input/steady|output/recorder): "
+        r"had not done tick \d+ when the run was ended \(R0522\)"
+    )
     assert re.fullmatch(why, str(caught.value))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rems_net.agents.clock.attendance import Attendance
+from rems_net.agents.clock.admission import Admissions
 from rems_net.agents.clock.members import Member, Members, State
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
@@ -32,7 +32,7 @@ class Run:
         self.members = Members(1, given)
         self.started: list[str] = []
         self.deaths: list[AgentError] = []
-        self.attendance = Attendance(
+        self.admissions = Admissions(
             Session(Link("tcp/127.0.0.1:0", serve=True)),
             Pacing(0.1, 0.0),
             self.members,
@@ -43,7 +43,7 @@ class Run:
             read=lambda timeout: False,
             say_roster=lambda: None,
         )
-        self.attendance.gathered = True
+        self.admissions.gathered = True
 
     def _look(self) -> None:
         if self.deaths:
@@ -52,16 +52,16 @@ class Run:
     def come(self, pid: int = 1) -> Member:
         agents = [Entry("robot/a", "h", {}, [])]
         asked = Request("h", "desk", pid, "", agents, {}, False, 7)
-        self.attendance.make_way(asked)
+        self.admissions.make_way(asked)
         member = self.members.join(asked, 1, 0.0)
-        self.attendance.welcome(member)
+        self.admissions.welcome(member)
         return member
 
     def until(self, done: Callable[[], bool]) -> None:
         """Read on until something is so."""
 
         def look() -> bool:
-            self.attendance.read(0.0)
+            self.admissions.read(0.0)
             return done()
 
         until(look)
@@ -78,7 +78,7 @@ def states(*members: Member) -> list[State]:
 def seen(run: Run) -> Member:
     member = run.come()
     assert states(member) == [State.UNSEEN]
-    run.attendance.notice(member.badge, alive=True)
+    run.admissions.notice(member.badge, alive=True)
     assert states(member) == [State.SEEN]
     return member
 
@@ -86,10 +86,10 @@ def seen(run: Run) -> Member:
 def test_out_of_sight_is_given_up_after_the_patience() -> None:
     run = Run()
     member = seen(run)
-    run.attendance.notice(member.badge, alive=False)
+    run.admissions.notice(member.badge, alive=False)
     assert states(member) == [State.UNSEEN]
-    run.attendance.notice(member.badge, alive=True)
-    run.attendance.notice(member.badge, alive=False)
+    run.admissions.notice(member.badge, alive=True)
+    run.admissions.notice(member.badge, alive=False)
     begun = time.monotonic()
     with pytest.raises(AgentError, match=r"robot/a: is out of sight on desk for 0.3 s"):
         run.wait(State.GONE)
@@ -103,12 +103,12 @@ def test_who_crashes_out_of_sight_has_all_its_time_to_come_back() -> None:
     """What was left of its patience before the crash does not count."""
     run, told = Run(restarts={"h": 1}), list[Event]()
     member = seen(run)
-    run.attendance.notice(member.badge, alive=False)
+    run.admissions.notice(member.badge, alive=False)
     with listening(told.append):
         run.deaths.append(AgentError("h", "was killed by signal 9"))
-        run.attendance.read(0.0)
+        run.admissions.read(0.0)
         assert states(member) == [State.CRASHED]
-        assert run.attendance.awaited()
+        assert run.admissions.awaited()
         # Its process is started after half a second, beyond the patience.
         run.until(lambda: bool(run.started))
         again = run.come(2)
@@ -118,10 +118,10 @@ def test_who_crashes_out_of_sight_has_all_its_time_to_come_back() -> None:
         ("crashed", "robot/a"),
         ("back", "robot/a"),
     ]
-    run.attendance.notice(again.badge, alive=True)
+    run.admissions.notice(again.badge, alive=True)
     farewell = Farewell(again.badge, [], ("robot/a", "it is empty"))
     with pytest.raises(AgentError, match="robot/a: it is empty"):
-        run.attendance.hear_farewell(again, farewell)
+        run.admissions.hear_farewell(again, farewell)
     assert states(again) == [State.GONE]
 
 
@@ -144,4 +144,4 @@ def test_who_does_not_come_back_is_given_up(drop: bool) -> None:
             give_up()
     assert run.started == ["h"]
     assert states(member) == [State.GONE]
-    assert not run.attendance.awaited()
+    assert not run.admissions.awaited()

@@ -138,7 +138,9 @@ def test_a_taken_name_and_junk_are_refused_and_change_nothing(
                 with pytest.raises(FabricError) as caught:
                     session.ask(key, asked.to_wire())
                 assert str(caught.value).startswith(sentence)
-                assert str(caught.value).endswith("; give this one another name.")
+                assert str(caught.value).endswith(
+                    "; give this one another name. (R0445)"
+                )
             with pytest.raises(FabricError):
                 session.ask(key, b"\xc1")
             for junk_at in keys:
@@ -224,7 +226,7 @@ def test_globs_and_names_find_ports_in_order() -> None:
     assert found("robot/*/state") == ["robot/a/state", "robot/b/state"]
     assert found("robot/*") == ["robot/a/state", "robot/a/sensors", "robot/b/state"]
     assert found("input/k") == ["input/k/value"]
-    with pytest.raises(ExperimentError, match="which has 2 ports; say which"):
+    with pytest.raises(ExperimentError, match="which has 2 ports; write one of"):
         found("robot/a")
 
 

@@ -20,7 +20,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
-from rems_net.agents.host.seat import Orphaned
+from rems_net.agents.host.membership import Orphaned
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
@@ -111,7 +111,7 @@ def test_a_rate_that_does_not_divide_is_refused(every: Any) -> None:
     with pytest.raises(ExperimentError) as caught:
         lab().process("p", "parts.py:Pass", heard_from="input/count", every=every)
     assert str(caught.value) == (
-        f"process 'p': every is {every!r}; expected a whole number from 1."
+        f"process 'p': every is {every!r}; expected a whole number from 1. (R0408)"
     )
 
 
@@ -147,7 +147,7 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
     told = Told(end)
     with pytest.raises(AgentError) as caught:
         made.run(tmp_path, show=told)
-    assert str(caught.value) == "input/spin: was killed by signal 9"
+    assert str(caught.value) == "input/spin: was killed by signal 9 (R0522)"
     # An infinite loop of pure Python; who waits for it is not to blame.
     for line in told.of("held"):
         assert re.fullmatch(
@@ -184,6 +184,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
     with suppress(AgentError):
         made.run(tmp_path, show=told)
     done = {"input/spin": 4, "process/reads": 4, "output/counts": 4}
+    done["output/recorder"] = 4
     assert seen == {"clock": 4 + ahead, "input/count": 4 + ahead, **done}
 
 
@@ -194,7 +195,7 @@ def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
         inbox.watch()
         run = 5
         inbox.begin(Admission(badge_of(run, 1), 3, 0.1, 0, 30.0))
-        seat = inbox.seat
+        membership = inbox.membership
         ticks = session.publisher(session.key("clock", "@step", "tick"))
         # 3 is what it begins with, 4 was lost and is said again, 5 comes twice; and
         # another run has ticks of its own.
@@ -205,7 +206,7 @@ def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
         while len(heard) < 4:
             beat = inbox.next_beat()
             again += beat is None
-            seat.repeated = False
+            membership.repeated = False
             heard += [beat.tick.n] if beat else []
         assert heard == [3, 4, 5, 6]
         assert again == 2

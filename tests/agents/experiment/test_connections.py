@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, uncoded
 from tests.agents.runs import PARTS, Told
 
 HERE = "experiment/linked.py"
@@ -79,7 +79,7 @@ def test_a_glob_on_an_in_with_a_schema_names_one_port() -> None:
     )
     with pytest.raises(ExperimentError) as caught:
         linked.check()
-    assert str(caught.value) == (
+    assert uncoded(caught.value) == (
         "process 'dog': its In 'leader' has a schema, so it reads one port, and "
         "'robot/*/state' matches 2: robot/a/state and robot/b/state. Name one of them, "
         "or leave the schema out: In() takes all that match."
@@ -93,6 +93,7 @@ def test_a_glob_on_an_in_with_a_schema_names_one_port() -> None:
     assert str(caught.value) == (
         "robot 'f': its In 'command' has a schema, so it reads one port, and 'input/*' "
         "matches 3: input/c/value, input/d/value and input/e/value. Name one of them."
+        " (R0419)"
     )
 
 
@@ -120,6 +121,7 @@ def test_what_is_no_glob_is_told(source: str) -> None:
         "<kind>/<name> or <kind>/<name>/<port>, such as 'input/keys' or "
         "'robot/sim/state', or a glob such as 'robot/ca*/state', where * is any "
         "letters."
+        " (R0422)"
     )
 
 

@@ -127,7 +127,7 @@ def test_what_may_be_left_out(path: Path) -> None:
         (('"my_robot.py:Cart"', '"my_robot.py:Follow"'), "Follow is no definition"),
         (('"my_robot.py:Follow"', '"my_robot.py:Cart"'), "Cart is no process"),
         (("leader =", "leadr ="), "Did you mean 'leader'?"),
-        (("{ track", "{ trakc"), "Did you mean 'track'?"),
+        (("{ track", "{ trakc"), "Did you mean 'track'? (R0104)"),
         (("pace = 2.0", "pace = true"), "pace is True"),
         (("every = 2", 'every = "2"'), "every is '2'; expected a whole number"),
         (('name = "follow"', 'name = ["follow"]'), "expected text in quotes"),
@@ -146,5 +146,5 @@ def test_bytes_that_are_no_text(path: Path) -> None:
     with pytest.raises(ExperimentError) as refused:
         load(path)
     assert str(refused.value) == (
-        f"{path} is no text in UTF-8 (at byte 22); save it as UTF-8."
+        f"{path} is no text in UTF-8 (at byte 22); save it as UTF-8. (R0402)"
     )

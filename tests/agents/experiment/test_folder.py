@@ -71,9 +71,9 @@ def test_what_was_there_is_moved_and_told(here: Path) -> None:
     made.run(show=told)
     # Of robot/other it is said, too, that nothing commands it.
     assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.1"
-    assert names(runs / "lab.1") == ["notes.txt", "run.json", "sim.csv"]
+    assert names(runs / "lab.1") == ["notes.txt", *FILES]
     assert (runs / "lab.1" / "sim.csv").read_bytes() == first
-    assert names(runs / "lab") == ["other.csv", "run.json", "sim.csv"]
+    assert names(runs / "lab") == ["other.csv", *FILES]
     lab().run(show=told)
     assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.2"
     assert names(runs) == ["lab", "lab.1", "lab.2"]
@@ -84,7 +84,7 @@ def test_an_older_recording_in_the_usual_folder_is_moved_too(here: Path) -> None
     old.parent.mkdir(parents=True)
     old.write_text("time [s],state/x [m]\n1,1\n")
     lab().run(show=Told(), direct=True)
-    assert names(here / "runs" / "lab") == ["run.json", "sim.csv"]
+    assert names(here / "runs" / "lab") == FILES
     assert names(here / "runs" / "lab.1") == ["old.csv"]
 
 
@@ -98,8 +98,8 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
     (box / "plot.png").write_text("a picture of the first")
     lab().run(box, show=told, direct=True)
     assert told.lines == ["[run] what an earlier run left in box is now in box.1"]
-    assert names(box) == ["later.py", "mine.txt", "run.json", "sim.csv"]
-    assert names(here / "box.1") == ["plot.png", "run.json", "sim.csv"]
+    assert names(box) == ["later.py", "mine.txt", *FILES]
+    assert names(here / "box.1") == ["plot.png", *FILES]
     mine = here / "other"
     mine.mkdir()
     (mine / "sim.csv").write_text("mine")
@@ -107,7 +107,7 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
         lab().run(mine, show=Told(), direct=True)
     assert str(caught.value) == (
         f"output/log: {mine / 'sim.csv'} is there already, and is no file of an "
-        "earlier run; move it, or give this run a folder of its own"
+        "earlier run; move it, or give this run a folder of its own (R0801)"
     )
     assert (mine / "sim.csv").read_text() == "mine"
 
@@ -136,6 +136,7 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
     assert str(caught.value) == (
         "another run that still goes on writes to runs/lab; end that one "
         "(`rems clock end`), or give this one another name or folder."
+        " (R0414)"
     )
     assert failed == []
     assert names(here / "runs") == ["lab"]
@@ -151,10 +152,17 @@ def test_a_run_does_not_move_what_it_plays(here: Path) -> None:
     assert str(caught.value) == (
         "this run plays runs/lab/sim.csv, and runs/lab is where it would write; give "
         "the experiment another name or folder."
+        " (R0414)"
     )
     assert names(here / "runs") == ["lab"]
 
 
+FILES = ["run.json", "run.mcap", "sim.csv"]
+#: start, direction and reach of the rays of a Woodbot
+RAYS = {
+    "lidar/front": [0.00825, 0.0, 0.0063, 1.0, 0.0, 0.0, 1.2],
+    "lidar/right": [-0.03575, 0.0, 0.0063, 0.0, -1.0, 0.0, 1.2],
+}
 OUTLINE = (
     "-0.07575,-0.0396 -0.02,-0.0578 0.02,-0.0578 0.02,0.0578 -0.02,0.0578 "
     "-0.07575,0.0396"
@@ -165,7 +173,9 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
     made = lab()
     made.plans["robot/sim"].initial = {"x": "20 cm"}
     made.run(show=Told())
-    assert json.loads((here / "runs/lab/run.json").read_text()) == {
+    told = json.loads((here / "runs/lab/run.json").read_text())
+    assert told.pop("fields")  # by the digests of schemas
+    assert told == {
         "experiment": "lab",
         "robots": {
             "sim": {
@@ -178,9 +188,10 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
                 "arena": 0.4,
                 "outline": OUTLINE,
                 "world": "",
+                "rays": RAYS,
             }
         },
-        "files": ["sim.csv"],
+        "files": ["run.mcap", "sim.csv"],
         "seed": 0,
         "numerics": describe(environment(os.environ)),
         "agents": {
@@ -200,10 +211,14 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
                     "command": "input/keys",
                 }
             ],
-            "output": [{"name": "log", "type": "rems_net.outputs.csv:CsvOutput"}],
+            "output": [
+                {"name": "log", "type": "rems_net.outputs.csv:CsvOutput"},
+                {"name": "recorder", "type": "rems_net.outputs.mcap:McapOutput"},
+            ],
         },
         "worlds": {},
         "dt": 0.1,
+        "pace": 0.0,
         "ticks": 3,
         "sources": {"keys.csv": source_digest(Path("keys.csv").read_bytes())},
         "versions": {"rems_net": rems_net.__version__},
@@ -258,5 +273,5 @@ def test_files_that_no_output_names_are_found(tmp_path: Path) -> None:
     made.output("notes", Notes)
     made.output("log", "csv")
     result = made.run(tmp_path, direct=True, show=Told())
-    assert result.files == [tmp_path / "sim.csv"]
+    assert result.files == [tmp_path / "sim.csv", tmp_path / "run.mcap"]
     assert result.others == [tmp_path / "more", tmp_path / "notes.txt"]

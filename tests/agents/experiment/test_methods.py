@@ -10,7 +10,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents import registry
 from rems_net.agents.tick import Tick
-from rems_net.errors import AgentError, RemsError
+from rems_net.errors import AgentError, RemsError, uncoded
 
 HEAD = """\
 from rems_net import Definition, In, Input, Out, Output, Process, Schema, Settings
@@ -189,13 +189,13 @@ def only_class(folder: Path, text: str) -> type:
             pilot(seen="robot/sim/state", options={"gain": 2}),
             "there is no options= here; write each setting as its own, such as "
             "gain=...; Pilot takes its options (gain), its Ins (seen), every, since, "
-            "host.",
+            "host, rules.",
         ),
         (
             PILOT,
             pilot(sen="robot/sim/state"),
             "there is no setting 'sen'; Pilot takes its options (gain), its Ins "
-            "(seen), every, since, host. Did you mean 'seen'?",
+            "(seen), every, since, host, rules. Did you mean 'seen'?",
         ),
     ],
     ids=[
@@ -231,7 +231,7 @@ def test_one_sentence(tmp_path: Path, text: str, add: Add, sentence: str) -> Non
 
     with pytest.raises(RemsError) as caught:
         check()
-    assert str(caught.value).partition("': ")[2] == sentence
+    assert uncoded(caught.value).partition("': ")[2] == sentence
 
 
 @pytest.mark.parametrize(
@@ -257,6 +257,7 @@ class Diary(Output):
     assert str(caught.value) == (
         f"output/diary: Diary.made (mine.py, line {LINE + 6}) returns {shown}; "
         "expected a list of paths, such as [self.path]."
+        " (R0503)"
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, digest, until
 
@@ -85,7 +85,7 @@ def test_a_robot_begins_anew_and_its_tick_is_missing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("how", ["kill", "raise"])
 def test_an_output_goes_on_in_its_file(tmp_path: Path, how: str) -> None:
     made = lab(log=how).run(tmp_path / "out", show=Told())
-    assert made.files == [tmp_path / "out/cart.csv"]
+    assert made.files == [tmp_path / "out/cart.csv", tmp_path / "out/run.mcap"]
     whole = lab(restart=0).run(tmp_path / "whole", direct=True)
     seen, all_of_it = rows(made.files[0]), rows(whole.files[0])
     assert seen == all_of_it[:4] + all_of_it[5:]
@@ -99,7 +99,7 @@ def test_only_so_often(tmp_path: Path, on_failure: str) -> None:
     if on_failure == "stop":
         with pytest.raises(AgentError) as caught:
             made.run(tmp_path, show=told)
-        assert re.fullmatch(last, str(caught.value))
+        assert re.fullmatch(last, uncoded(caught.value))
         assert len(rows(tmp_path / "cart.csv")) == 14
     else:
         made.run(tmp_path, show=told)
@@ -202,7 +202,7 @@ def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
         os.kill(pid, signal.SIGKILL)
 
     _, _, ended = away(tmp_path, 1.0, leave)
-    assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s", ended)
+    assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s \(R0522\)", ended)
 
 
 @pytest.mark.parametrize("restart", [-1, True, "often", 1.5])
@@ -210,7 +210,7 @@ def test_what_is_no_number(restart: object) -> None:
     made = Experiment("again", folder=PARTS)
     with pytest.raises(ExperimentError) as caught:
         made.input("wave", "parts.py:Wave", restart=restart)
-    assert str(caught.value) == (
+    assert uncoded(caught.value) == (
         f"input 'wave': restart is {restart!r}; expected how often it is started again "
         "after a crash, such as 3."
     )

@@ -13,7 +13,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.registry import BUILT_IN
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.runs import PARTS, Told, calm, until
 
 
@@ -42,7 +42,7 @@ def rows(path: Path) -> list[list[str]]:
 def test_all_values_of_a_tick_belong_together(tmp_path: Path) -> None:
     result = carts().run(tmp_path, direct=True)
     assert result.ticks == 30
-    assert result.files == [tmp_path / "log.txt"]
+    assert result.files == [tmp_path / "log.txt", tmp_path / "run.mcap"]
     seen = rows(tmp_path / "log.txt")
     assert [r[0] for r in seen] == [str(n) for n in range(1, 31) for _ in range(4)]
     # 50 % of 1 m/s; what is commanded at tick n acts over tick n
@@ -106,7 +106,7 @@ def test_a_killed_agent_ends_the_run_and_is_named(
     """Fast, it takes the last values with it that it had not sent yet."""
     with pytest.raises(AgentError) as caught:
         carts(kill_at=20).run(tmp_path, pace=pace)
-    assert str(caught.value) == "robot/r1: was killed by signal 15"
+    assert uncoded(caught.value) == "robot/r1: was killed by signal 15"
     ticks = [int(r[0]) for r in rows(tmp_path / "log.txt")]
     assert ticks == [n for n in range(1, ticks[-1] + 1) for _ in range(4)]
     assert least <= ticks[-1] <= 19
@@ -165,7 +165,7 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
                 "x", "parts.py:Cart", "parts.py:Euler", command="input/wav"
             ),
             "robot 'x': robot/x.command is connected to 'input/wav', and there is no "
-            "'input/wav'; there is input/wave, output/log, robot/r0, robot/r1, "
+            "'input/wav'; there is input/wave, robot/r0, robot/r1, "
             "robot/x. Did you mean 'input/wave'?",
         ),
         (
@@ -181,8 +181,8 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
         ),
         (
             lambda lab: lab.process("p", "parts.py:Follow", leader="robot/r0/state"),
-            "process 'p': its In 'me' is connected to nothing; say where it reads, "
-            "such as me='robot/sim/state'.",
+            "process 'p': its In 'me' is connected to nothing; write what it "
+            "reads, such as me='robot/sim/state'.",
         ),
     ],
 )
@@ -197,4 +197,4 @@ def test_bad_experiments_start_nothing(
 
     with pytest.raises(ExperimentError) as caught:
         change_and_check()
-    assert str(caught.value) == sentence
+    assert uncoded(caught.value) == sentence

@@ -45,6 +45,7 @@ from rems_net.agents.protocol.placement import (
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
+from rems_net.dashboard.protocol import read_report
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, WireError
 from rems_net.router.gate.stops import Stop, read_said
@@ -139,7 +140,15 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
         [pack((badge_of(RUN, 1), "robot/a of b")), pack((5, ""))],
     ),
     "rems/robot/<name>/@lease/take": (read_claim, [pack((1, "the teacher on desk"))]),
+    "rems/robot/<name>/@lease/drive": (
+        read_claim,
+        [pack((badge_of(RUN, 1), "anna on desk")), pack((5, ""))],
+    ),
     "rems/stop/@why": (read_said, [Stop("anna on a", "10:31:07", 0.5).to_wire()]),
+    "rems/clock/@event": (
+        read_report,
+        [pack(("info", 7, "robot/sim", "held", "tick 7 is held"))],
+    ),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),
 }
@@ -157,6 +166,9 @@ OTHERS = {
     "rems/<kind>/<name>/@alive",
     "rems/robot/<name>/@stopped",
     "rems/<kind>/<name>/@where",
+    "rems/<kind>/<name>/@driver",
+    "rems/<kind>/<name>/@event/called",
+    "rems/<kind>/<name>/@scene",
     "rems/<kind>/<name>/@why",
     "rems/clock/@why",
     "rems/machine/<name>/@file/<digest>",

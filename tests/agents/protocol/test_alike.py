@@ -24,4 +24,4 @@ def test_the_first_field_that_differs(there: dict[str, object], what: str) -> No
     assert said.startswith(
         "robot/cart is defined differently on bens and on the clock's machine: " + what
     )
-    assert said.endswith(". Give both the same files.")
+    assert said.endswith(". Give both the same files. (R0445)")

@@ -3,16 +3,20 @@
 Commands of an input that are known beforehand are checked against their reader, too.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.robot import takes_commands
+from rems_net.agents.rules import Rules, connect
+from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import Verbs
 from rems_net.defdict import Schema
 from rems_net.engine.share import shared
 from rems_net.engine.wiring import Entry, Written, resolve
-from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError, nearest, uncoded
 
 #: Number of lines, or ranges of lines, that are named.
 NAMED = 6
@@ -41,10 +45,10 @@ def check_connections(
             continue
         source = sources.get(port)
         if source is None:
-            if agent.kind != "robot":  # any program may command a robot
+            if not (port == "command" and takes_commands(agent)):
                 raise ExperimentError(
-                    f"its In {port!r} is connected to nothing; say where it reads, "
-                    f"such as {port}='robot/sim/state'."
+                    f"its In {port!r} is connected to nothing; write what it "
+                    f"reads, such as {port}='robot/sim/state'. (R0418)"
                 )
             continue
         many = "*" in source
@@ -58,12 +62,11 @@ def check_connections(
             raise ExperimentError(
                 f"its In {port!r} has a schema, so it reads one port, and {source!r} "
                 f"matches {len(found)}: {_named(found)}. Name one of them"
-                f"{'' if agent.kind == 'robot' else instead}."
+                f"{'' if agent.kind == 'robot' else instead}. (R0419)"
             )
         for one in found:
-            _schema(one, agents).converter(
-                own[port], source_label=one.key, target_label=f"{agent.key}/{port}"
-            )
+            theirs, reader = _schema(one, agents), f"{agent.key}/{port}"
+            connect(theirs, own[port], runtime(agent).rules, one.key, reader)
 
 
 def _check_shares(
@@ -79,24 +82,35 @@ def _check_shares(
         reader = f"{agent.key}/{port.partition('/')[0]}"
         (one,) = resolve(source, entries, reader, agent.key)
         theirs = _schema(one, agents)
-        part = shared(own, theirs, reader, one.key)
+        rules = runtime(agent).rules
+        part = shared(own, theirs, rules, reader, one.key)
         for path in part.paths:
             if path in giver:
                 raise ExperimentError(
                     f"{giver[path]} and {one.key} both write {path!r} of its command; "
                     "a field has one writer: leave it out of the schema of one, or let "
-                    "a process choose."
+                    "a process choose. (R0420)"
                 )
             giver[path] = one.key
-        theirs.converter(part, source_label=one.key, target_label=reader)
+        connect(theirs, part, rules, one.key, reader)
     for source in sources.values():  # a slip would leave its field safe for ever
         (one,) = resolve(source, entries, reader, agent.key)
-        free = [path for path in own.paths if path not in giver]
         for path in {*_schema(one, agents).paths} - {*own.paths}:
+            # Other digits are another joint, and no slip.
+            free = [
+                known
+                for known in own.paths
+                if known not in giver and _letters(known) != _letters(path)
+            ]
             if hint := nearest(path, free, 0.85):
                 raise ExperimentError(
                     f"{one.key} writes {path!r}, which {reader} does not have.{hint}"
+                    " (R0421)"
                 )
+
+
+def _letters(path: str) -> str:
+    return re.sub(r"\d+", "0", path)
 
 
 def connect_verbs(
@@ -116,13 +130,14 @@ def connect_verbs(
             raise ExperimentError(
                 f"{port.owner}.{name} has the verbs of what {port.owner}.{reads} "
                 "reads; a process calls the verbs of robots that it reads itself."
+                " (R0424)"
             )
         for one in resolve(sources[reads], entries, f"{agent.key}.{reads}", agent.key):
             if one.entry.kind != "robot":
                 raise ExperimentError(
                     f"{name} = Verbs({reads}) calls the verbs of robots, and {reads} "
                     f"reads {one.key}; connect it to a robot, such as "
-                    f"{reads}='robot/sim/state'."
+                    f"{reads}='robot/sim/state'. (R0424)"
                 )
             found.setdefault(one.entry.key, []).append(f"{agent.key}/{name}")
     return found
@@ -139,6 +154,16 @@ def _named(found: Sequence[Written]) -> str:
     return f"{', '.join(keys[:-1])} and {keys[-1]}"
 
 
+def check_hands(agents: Mapping[str, Agent]) -> None:
+    """Refuse inputs that people move, in a run as fast as it can be."""
+    for key, agent in agents.items():
+        if isinstance(agent, Input) and agent.by_hand:
+            raise ExperimentError(
+                f"{key} is moved by a person, and this run is as fast as it can be; "
+                "give it a pace: pace = 1, or rems run lab.toml --pace 1 (R0433)"
+            )
+
+
 def check_foreseen(
     plans: Mapping[str, Plan], entries: Mapping[str, Entry], agents: Mapping[str, Agent]
 ) -> None:
@@ -146,7 +171,7 @@ def check_foreseen(
 
     Raises ExperimentError with the lines of the input's file.
     """
-    done: set[tuple[str, str]] = set()
+    done: set[tuple[str, str, Rules]] = set()
     for key, agent in agents.items():
         own = agent.schemas()
         for port, source in plans[key].sources.items():
@@ -156,22 +181,26 @@ def check_foreseen(
             for found in resolve(source, entries, f"{key}.{port}"):
                 writer, wanted = agents[found.entry.key], own[of]
                 if of != port:
-                    wanted = shared(wanted, _schema(found, agents), of, found.key)
+                    theirs, rules = _schema(found, agents), runtime(agent).rules
+                    wanted = shared(wanted, theirs, rules, of, found.key)
                 # A swarm has one schema, and its rows are checked once.
-                known = (writer.key, wanted.digest)
+                known = (writer.key, wanted.digest, runtime(agent).rules)
                 if isinstance(writer, Input) and known not in done:
                     done.add(known)
                     written = writer.schemas()[found.port]
                     with origin(f"input {writer.name!r}"):
-                        _check(writer, written, wanted, f"{key}/{of}")
+                        rules = runtime(agent).rules
+                        _check(writer, written, wanted, rules, f"{key}/{of}")
 
 
-def _check(writer: Input, written: Schema, wanted: Schema, reader: str) -> None:
+def _check(
+    writer: Input, written: Schema, wanted: Schema, rules: Rules, reader: str
+) -> None:
     convert = None
     wrong: list[int] = []
     first: RemsError | None = None
     for line, values in writer.foreseen():
-        convert = convert or written.converter(wanted, target_label=reader)
+        convert = convert or connect(written, wanted, rules, "", reader)
         try:
             convert(written(values))
         except RemsError as error:
@@ -182,7 +211,7 @@ def _check(writer: Input, written: Schema, wanted: Schema, reader: str) -> None:
         where = "line" if len(wrong) == 1 else "lines"
         raise ExperimentError(
             f"{file.name if file else writer.key}, {where} {shown(wrong)}: {reader} "
-            f"would not take what is there, such as: {first}"
+            f"would not take what is there, such as: {uncoded(first)} (R0421)"
         )
 
 

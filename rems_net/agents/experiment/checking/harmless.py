@@ -13,8 +13,8 @@ import threading
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
+from rems_net.agents.background.overdue import agent_of
 from rems_net.agents.diagnosis import no_keyboard, where
-from rems_net.agents.overdue import agent_of
 from rems_net.errors import ExperimentError
 
 #: Audit events that change the paths they are called with.
@@ -68,7 +68,7 @@ class Harmless:
         self.refused.setdefault("" if agent is None else agent.key, why)
         stood = where(threading.current_thread())
         raise RefusedError(
-            f"it {why} ({stood}) before it is open; do that in open(self)."
+            f"it {why} ({stood}) before it is open; do that in open(self). (R0430)"
         )
 
     def _why(self, event: str, words: tuple[Any, ...]) -> str:

@@ -26,7 +26,7 @@ def seconds(value: object, what: str) -> float:
     """Return a positive number of seconds, from a number or text with a unit."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ExperimentError(
-            f'{what} is {value!r}; expected seconds, such as "0.1 s".'
+            f'{what} is {value!r}; expected seconds, such as "0.1 s". (R0408)'
         )
     try:
         number = parse_quantity(value, "s")
@@ -34,7 +34,7 @@ def seconds(value: object, what: str) -> float:
         raise ExperimentError(f"{what}: {error}") from None
     if not 0 < number < 1e9:
         raise ExperimentError(
-            f"{what} is {value!r}; expected more than 0 s and less than 1e9 s."
+            f"{what} is {value!r}; expected more than 0 s and less than 1e9 s. (R0408)"
         )
     return number
 
@@ -51,7 +51,7 @@ def check_pace(value: object) -> float:
         hint = nearest(value, ["fast"]) if isinstance(value, str) else ""
         raise ExperimentError(
             f'pace is {value!r}; expected "fast" or a real-time factor above 0, '
-            f"such as 1.0.{hint}"
+            f"such as 1.0.{hint} (R0408)"
         )
     return number
 
@@ -62,7 +62,7 @@ def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
         return value
     hint = nearest(value, choices) if isinstance(value, str) else ""
     expected = " or ".join(f'"{c}"' for c in choices)
-    raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint}")
+    raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint} (R0408)")
 
 
 def check_every(value: object) -> int:
@@ -85,7 +85,7 @@ def _whole(value: object, what: str, low: int, high: float, expected: str) -> in
         or not isinstance(value, int)
         or not low <= value <= high
     ):
-        raise ExperimentError(f"{what} is {value!r}; expected {expected}.")
+        raise ExperimentError(f"{what} is {value!r}; expected {expected}. (R0408)")
     return value
 
 
@@ -93,6 +93,7 @@ def check_mapping(value: object, what: str) -> None:
     if value is not None and not isinstance(value, Mapping):
         raise ExperimentError(
             f'{what} is {value!r:.60}; expected such as {what}={{"track": "0.1 m"}}.'
+            " (R0408)"
         )
 
 
@@ -101,7 +102,7 @@ def check_sources(sources: Mapping[str, object]) -> None:
         if not isinstance(source, str):
             raise ExperimentError(
                 f"{port.partition('/')[0]} is {source!r:.60}; expected the one port "
-                "that it reads, such as 'robot/sim/state'."
+                "that it reads, such as 'robot/sim/state'. (R0419)"
             )
 
 
@@ -121,7 +122,7 @@ def check_command(command: object) -> dict[str, str]:
             raise ExperimentError(
                 f"command is {command!r:.60}; expected one writer, such as "
                 "'input/keys', or several, each named once, such as "
-                "['input/base', 'process/arm']."
+                "['input/base', 'process/arm']. (R0420)"
             )
         sources = {f"command/{one}": one for one in command}
     check_sources(sources)
@@ -133,6 +134,7 @@ def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int
     if duration is None and not ends:
         raise ExperimentError(
             'this experiment has no duration, such as "10 s", and no input that ends.'
+            " (R0411)"
         )
     lasts = max(ends) if duration is None else duration
     ticks = round(lasts / dt)
@@ -141,17 +143,18 @@ def count_ticks(duration: float | None, dt: float, ends: Sequence[float]) -> int
         raise ExperimentError(
             f"duration is {lasts:g} s, which is no multiple of dt = {dt:g} s; expected "
             f"{less * dt:g} s ({less} steps) or {(less + 1) * dt:g} s ({less + 1})."
+            " (R0412)"
         )
     if ticks < 1:
         raise ExperimentError(
-            f"duration is {lasts:g} s, less than one step of dt = {dt:g} s."
+            f"duration is {lasts:g} s, less than one step of dt = {dt:g} s. (R0412)"
         )
     return ticks
 
 
 def check_flag(value: object, what: str) -> bool:
     if not isinstance(value, bool):
-        raise ExperimentError(f"{what} is {value!r}; expected true or false.")
+        raise ExperimentError(f"{what} is {value!r}; expected true or false. (R0408)")
     return value
 
 
@@ -161,14 +164,14 @@ def check_folder(folder: Path | str) -> Path:
         path = Path(folder).resolve()
     except OSError as error:
         raise ExperimentError(
-            f"cannot find the folder {str(folder)!r}: {error.strerror}."
+            f"cannot find the folder {str(folder)!r}: {error.strerror}. (R0414)"
         ) from None
     try:
         str(path).encode()
     except UnicodeEncodeError:
         raise ExperimentError(
-            f"the name of the folder {str(path)!a} is no UTF-8, in which paths "
-            "are told to agents; rename it, or go to another one."
+            f"the name of the folder {str(path)!a} is no UTF-8, in which agents "
+            "get their paths; rename it, or go to another one. (R0414)"
         ) from None
     return path
 
@@ -182,6 +185,6 @@ def make_folder(folder: Path | str) -> Path:
         may = error.errno in (errno.EACCES, errno.EPERM, errno.EROFS)
         raise ExperimentError(
             f"cannot make the folder {path}: {error.strerror}."
-            f"{' Go to a folder of your own: cd ~' if may else ''}"
+            f"{' Go to a folder of your own: cd ~' if may else ''} (R0414)"
         ) from None
     return path

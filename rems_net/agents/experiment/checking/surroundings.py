@@ -9,11 +9,11 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.robot import Robot
 from rems_net.agents.world import World, contents
 from rems_net.bodies.arena import WALL_PIECES
-from rems_net.bodies.body import Body, Embodied
+from rems_net.bodies.body import Body, Embodied, Ray
 from rems_net.maths import hypot
 from rems_net.scenes import outline
 
-#: Number of robots up to which outlines are recorded: more make a run's file large.
+#: Number of robots up to which bodies are recorded: more make a run's file large.
 SHOWN = 20
 
 
@@ -26,20 +26,40 @@ def radius(agent: Any) -> float:
     return float(found) if isinstance(found, int | float) else 0.0
 
 
-def outlines(agents: Mapping[str, Agent]) -> dict[str, str]:
-    """Return the outlines of robots on the floor, in their own frames, by key.
-
-    As "x,y x,y ..." in m. A robot is left out if its body is in a file, or unknown.
-    """
+def bodies(agents: Mapping[str, Agent]) -> dict[str, Body]:
+    """Return the bodies of robots, by key: none of many, and none that is unknown."""
     robots = {key: one for key, one in agents.items() if isinstance(one, Robot)}
-    found: dict[str, str] = {}
+    found: dict[str, Body] = {}
     for key, robot in robots.items() if len(robots) <= SHOWN else ():
         # Without a world, this is the first call of the robot's `body`: it may fail.
         with suppress(Exception):
             body = robot.body() if isinstance(robot, Embodied) else None
-            if isinstance(body, Body) and body.source is None:
-                found[key] = _points(outline.of_body(body))
+            if isinstance(body, Body):
+                found[key] = body
     return found
+
+
+def outline_of(body: Body | None) -> str:
+    """Return the outline of a robot on the floor, in its own frame.
+
+    As "x,y x,y ..." in m; "" if its body is in a file, or unknown.
+    """
+    if body is not None and body.source is None:
+        with suppress(Exception):  # the user has written the body
+            return _points(outline.of_body(body))
+    return ""
+
+
+def rays_of(body: Body | None) -> dict[str, list[float]]:
+    """Return start [m], direction and reach [m] of distance sensors, by their names."""
+    sensors = () if body is None else body.sensors
+    found = [one for one in sensors if isinstance(one, Ray)]
+    with suppress(Exception):  # as above
+        return {
+            one.name: [*map(float, (*one.at, *one.direction, one.reach))]
+            for one in found
+        }
+    return {}
 
 
 def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:

@@ -21,7 +21,7 @@ def robot_host(name: str, host: str | None, world: str | None) -> str:
     if host:
         raise ExperimentError(
             f"it has a world ({world!r}) and a host ({host!r}); robots of one world "
-            "share a process anyway: leave host out."
+            "share a process anyway: leave host out. (R0432)"
         )
     return f"world/{check_name(world, 'world')}"
 
@@ -43,13 +43,14 @@ def fill_worlds(plans: Mapping[str, Plan], agents: Mapping[str, Agent]) -> None:
         with origin(f"world {world.name!r}"):
             if not robots:
                 raise ExperimentError(
-                    f"no robot is in it; say world = {world.name!r} where one is added."
+                    f"no robot is in it; write world = {world.name!r} at a robot."
+                    " (R0432)"
                 )
             for robot in robots:
                 if robot.since > 1:
                     raise ExperimentError(
                         f"{robot.key} comes later, by since; a world has its robots "
-                        "from its beginning: leave since out."
+                        "from its beginning: leave since out. (R0432)"
                     )
             world.every = runtime(agents[key]).every = robots[0].every
             world.machine = robots[0].machine

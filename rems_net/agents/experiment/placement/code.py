@@ -36,7 +36,7 @@ def check_code(offer: Offer, here: Path) -> None:
     if wrong:
         raise ExperimentError(
             f"{', '.join(wrong)} (here is {here}). Code never travels: copy it from "
-            f"{offer.laptop}, which runs {offer.name}."
+            f"{offer.laptop}, which runs {offer.name}. (R0440)"
         )
     for one in sorted({c for plan in each(offer.agents) for c in class_names(*plan)}):
         where, name = reference(one)
@@ -45,6 +45,7 @@ def check_code(offer: Offer, here: Path) -> None:
                 f"{where} has no class {name} that can be seen to be a part of an "
                 "experiment, so it is not run; expected, in that file, such as: "
                 f"class {name}(Process), with a base that is imported from rems_net."
+                " (R0440)"
             )
 
 
@@ -66,7 +67,7 @@ def check_parts(offer: Offer) -> None:
         if one not in known and not reference(one)[0].endswith(".py"):
             raise ExperimentError(
                 f"{agent} is made of {one!r}, which is no {kind} of rems_net, nor of a "
-                "package that is installed here (`rems show`)."
+                "package that is installed here (`rems show`). (R0440)"
             )
 
 

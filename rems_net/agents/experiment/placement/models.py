@@ -41,18 +41,20 @@ def check_models(files: Mapping[str, bytes]) -> None:
             if out and not _of_package(one, name, files):
                 raise ExperimentError(
                     f"{name} names {one!r:.80}, which is not below the folder of what "
-                    "came; write names of files that are beside it."
+                    "came; write names of files that are beside it. (R0440)"
                 )
 
 
 def _named(name: str, data: bytes) -> Iterator[tuple[bool, str]]:
     """Yield each file and each folder that a model names; True for a folder."""
     if _DECLARED.search(data):
-        raise ExperimentError(f"{name} declares entities or a DOCTYPE; leave them out.")
+        raise ExperimentError(
+            f"{name} declares entities or a DOCTYPE; leave them out. (R0440)"
+        )
     try:
         root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, ValueError, LookupError):
-        raise ExperimentError(f"{name} is no XML.") from None
+        raise ExperimentError(f"{name} is no XML. (R0440)") from None
     for element in root.iter():
         for word, value in element.attrib.items():
             if "file" in word.lower():

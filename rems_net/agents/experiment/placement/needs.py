@@ -90,7 +90,7 @@ def data_of(agent: Agent, folder: Path) -> dict[str, Path]:
         name = _below(path, folder, DATA + MODELS, value)
         if "\\" in value or PurePath(value).as_posix() != name:
             raise ExperimentError(
-                f"{value!r} is found on this machine only; write {name!r}."
+                f"{value!r} is found on this machine only; write {name!r}. (R0440)"
             )
         found[name] = path
         if path.suffix[1:].lower() in MODELS:
@@ -124,7 +124,7 @@ def _below(path: Path, folder: Path, suffixes: tuple[str, ...], what: str) -> st
     except ValueError:
         raise ExperimentError(
             f"{what} is {path}, which is not below the experiment's folder {folder}: "
-            "another machine can't find it; put it there."
+            "another machine can't find it; put it there. (R0440)"
         ) from None
     try:
         return file_name(name, suffixes)

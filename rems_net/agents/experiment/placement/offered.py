@@ -88,7 +88,7 @@ def check_allowed(used: Collection[Use], allowed: Collection[str]) -> None:
     if missing:
         raise ExperimentError(
             f"the run would use {', '.join(missing)} of this laptop, or from it; with "
-            f"--yes such is named, too: --allow {' '.join(missing)}"
+            f"--yes such is named, too: --allow {' '.join(missing)} (R0443)"
         )
 
 
@@ -147,5 +147,5 @@ def _texts(settings: Any) -> Iterator[str]:
 def _refused(agent: str, text: str) -> ExperimentError:
     return ExperimentError(
         f"{agent} is given {text!r:.80}, which is none of the files that come with "
-        "the run: nothing else of this laptop is opened for it."
+        "the run: nothing else of this laptop is opened for it. (R0443)"
     )

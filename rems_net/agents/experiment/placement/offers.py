@@ -91,7 +91,7 @@ def _read(machine: str, paths: Mapping[str, Path]) -> dict[str, bytes]:
     if len(paths) > SENT or size > FILE_BYTES:
         raise ExperimentError(
             f"machine {machine} would be sent {len(paths)} files of {size} bytes; "
-            f"expected at most {SENT}, of {FILE_BYTES} bytes together."
+            f"expected at most {SENT}, of {FILE_BYTES} bytes together. (R0440)"
         )
     return {name: path.read_bytes() for name, path in paths.items()}
 
@@ -109,7 +109,7 @@ def machines_of(by_host: Mapping[str, Sequence[Plan]]) -> dict[str, str]:
                 raise ExperimentError(
                     f"{plans[0].key} and {plan.key} share the process {host!r}, and "
                     f"are on {_where(machine)} and {_where(plan.machine)}; give both "
-                    "the same machine, or a host each."
+                    "the same machine, or a host each. (R0433)"
                 )
         if machine:
             found[host] = machine

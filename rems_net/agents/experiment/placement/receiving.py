@@ -16,7 +16,7 @@ from rems_net.router.session import Session
 PATIENCE, TRIES = 10.0, 3
 #: s. Without a waiting run, report it after LOOK; all waiting runs appear within QUIET.
 LOOK, QUIET = 1.0, 0.2
-SILENT = "the run does not send its files: is it over, or cut off?"
+SILENT = "the run does not send its files. It is over, or cut off: type rems why"
 
 
 class Wanted:
@@ -49,7 +49,8 @@ class Wanted:
         if len(self._fabrics) > 1:
             raise ExperimentError(
                 f"{len(self._fabrics)} runs wait for a machine {self._machine}, on the "
-                f"fabrics {', '.join(sorted(self._fabrics))}; say which, by --fabric."
+                f"fabrics {', '.join(sorted(self._fabrics))};"
+                " choose one: --fabric NAME (R0443)"
             )
         return self._session.on(min(self._fabrics))
 
@@ -73,7 +74,9 @@ class Wanted:
 def ask_offer(session: Session, machine: str) -> Offer:
     """Return the run's offer to `machine`. Raises FabricError, or WireError."""
     key = session.key("machine", machine, "@start")
-    silent = f"the run on {session.fabric!r} does not say what to bring."
+    silent = (
+        f"the run on {session.fabric!r} does not send what to bring. Type: rems why"
+    )
     return read_offer(_ask(session, key, silent, Caller(laptop(), "").to_wire()))
 
 
@@ -97,10 +100,12 @@ def _bytes_of(session: Session, machine: str, name: str, file: File) -> bytes:
         key = session.key("machine", machine, "@file", file.digest)
         piece = _ask(session, f"{key}?part={len(data) // PIECE}", SILENT)
         if len(piece) != min(PIECE, file.size - len(data)):
-            raise WireError(f"{name} came in a piece of {len(piece)} bytes.")
+            raise WireError(f"{name} came in a piece of {len(piece)} bytes. (R0621)")
         data += piece
     if hashlib.sha256(data).hexdigest() != file.digest:
-        raise WireError(f"{name} is not what the run has: another SHA-256 came.")
+        raise WireError(
+            f"{name} is not what the run has: another SHA-256 came. (R0621)"
+        )
     return data
 
 
@@ -111,4 +116,4 @@ def _ask(
     for _ in range(TRIES):
         for mail in session.ask(key, payload, PATIENCE, first=True):
             return mail.payload
-    raise FabricError(silent)
+    raise FabricError(f"{silent} (R0443)")

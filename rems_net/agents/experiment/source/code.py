@@ -34,3 +34,23 @@ def instructions(code: CodeType, me: str = "") -> Iterator[tuple[str, str, bool]
     for inner in code.co_consts:
         if isinstance(inner, CodeType):
             yield from instructions(inner, me)
+
+
+def dropped(code: CodeType) -> Iterator[tuple[list[str], int]]:
+    """Yield attributes that a line only names: `self.verbs.reset` without `()`.
+
+    Each is the names of the line, the last one first, and the line's number.
+    """
+    names, last = list[str](), ""
+    for one in dis.get_instructions(code):
+        if one.opname == "LOAD_ATTR":
+            names.insert(0, str(one.argval))
+        elif one.opname.startswith(("STORE_", "POP_", "RETURN_")):
+            if one.opname == "POP_TOP" and last == "LOAD_ATTR":
+                place = one.positions and one.positions.lineno
+                yield names, place or code.co_firstlineno
+            names = []
+        last = one.opname
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from dropped(inner)

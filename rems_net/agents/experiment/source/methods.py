@@ -24,7 +24,7 @@ CALLED: dict[str, tuple[str, ...]] = {
     "made": (),
 }
 #: Settings of every agent, besides those of its class.
-COMMON = ("every", "since", "host")
+COMMON = ("every", "since", "host", "rules")
 
 
 def built(plan: Plan) -> Agent:
@@ -35,6 +35,7 @@ def built(plan: Plan) -> Agent:
     if RUNTIME not in vars(agent):
         raise SchemaError(
             f"{written(cls, '__init__')} does not call super().__init__; {_INSTEAD}"
+            " (R0504)"
         )
     for name, words in CALLED.items():
         if callable(getattr(agent, name, None)):
@@ -45,7 +46,7 @@ def built(plan: Plan) -> Agent:
         if name not in vars(agent) and port.schema_for(given) is not None:
             raise SchemaError(
                 f"{written(agent, 'prepare')} does not call super().prepare(), which "
-                f"makes {name} and all its ports; write that as its first line."
+                f"makes {name} and all its ports; write that as its first line. (R0504)"
             )
     return agent
 
@@ -62,7 +63,7 @@ def _check_constructor(cls: type[Agent], plan: Plan) -> None:
     if not _takes_plan(cls.__init__, plan.kind == "robot"):
         own = inspect.signature(cls.__init__)
         raise SchemaError(
-            f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD}"
+            f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD} (R0504)"
         )
 
 
@@ -86,11 +87,11 @@ def check_settings(cls: type[Agent], settings: Mapping[str, object]) -> None:
         if name == "options":
             raise ExperimentError(
                 "there is no options= here; write each setting as its own, such as "
-                f"{next(iter(options), 'gain')}=...; {_known(cls, options)}."
+                f"{next(iter(options), 'gain')}=...; {_known(cls, options)}. (R0407)"
             )
         hint = nearest(name, [*options, *cls.ins(), *COMMON])
         raise ExperimentError(
-            f"there is no setting {name!r}; {_known(cls, options)}.{hint}"
+            f"there is no setting {name!r}; {_known(cls, options)}.{hint} (R0407)"
         )
 
 

@@ -3,12 +3,18 @@
 import sys
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 
 from rems_net.agents.agent import Agent, Input, Output, Process
-from rems_net.agents.experiment.source.code import functions, instructions
+from rems_net.agents.experiment.source.code import (
+    dropped,
+    functions,
+    instructions,
+)
 from rems_net.agents.ports import In, Out, Port
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import Robot, combine
+from rems_net.agents.verbs import Verbs
 from rems_net.errors import SchemaError, nearest
 from rems_net.uncaught import is_users
 
@@ -27,6 +33,7 @@ def check_class(plan: Plan) -> None:
     if users:
         _check_names(cls)
         _check_directions(plan, cls)
+        _check_calls(cls, users)
         _check_attributes(plan.kind, cls, users)
 
 
@@ -43,7 +50,7 @@ def _check_names(cls: type[Agent]) -> None:
             raise SchemaError(
                 f"{port.owner}.{name} is an {type(port).__name__}, and every "
                 f"{plain.kind} has something else by the name {name!r}; give the port "
-                "another one, such as 'value'."
+                "another one, such as 'value'. (R0505)"
             )
 
 
@@ -66,7 +73,7 @@ def _expect(name: str, port: Port, kind: type[Port]) -> None:
         own = In if isinstance(port, In) else Out
         raise SchemaError(
             f"{port.owner}.{name} is an {own.__name__}, and {does[own]}; write "
-            f"{name} = {kind.__name__}(...)."
+            f"{name} = {kind.__name__}(...). (R0506)"
         )
 
 
@@ -79,8 +86,8 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
     for name in dict.fromkeys(n for what, n, me in done if me and what == "STORE_ATTR"):
         if isinstance(ports.get(name), In) and kind != "robot":
             raise SchemaError(
-                f"{mine} sets self.{name}, which is an In: what it reads. To say "
-                f"something, it has an Out: {name} = Out(...)."
+                f"{mine} sets self.{name}, which is an In: what it reads. Values for "
+                f"other agents have an Out: {name} = Out(...). (R0506)"
             )
         _check_taken(kind, cls, mine, name)
         if name in used or hasattr(cls, name):
@@ -88,8 +95,21 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
         if hint := nearest(name, ports, ALIKE):
             raise SchemaError(
                 f"{mine} sets self.{name}, which nothing reads, and it has no such "
-                f"port.{hint}"
+                f"port.{hint} (R0506)"
             )
+
+
+def _check_calls(cls: type[Agent], users: list[type]) -> None:
+    """Find a verb that is named and not called."""
+    verbs = {name for name, port in cls.ports().items() if isinstance(port, Verbs)}
+    for function in (f for base in users if verbs for f in functions(base)):
+        for (verb, *names), line in dropped(function.__code__):
+            if found := verbs.intersection(names):
+                file = Path(function.__code__.co_filename).name
+                raise SchemaError(
+                    f"{users[0].__name__} names the verb {verb!r} of {found.pop()} and "
+                    f"does not call it ({file}, line {line}); write {verb}(). (R0515)"
+                )
 
 
 def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
@@ -101,7 +121,7 @@ def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
     if own or method or isinstance(theirs, property | cached_property):
         raise SchemaError(
             f"{mine} sets self.{name}, which every {kind} has for something else; "
-            f"call it self.my_{name}."
+            f"call it self.my_{name}. (R0505)"
         )
 
 
@@ -109,9 +129,13 @@ def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
     """Return a sentence about robots that nothing commands at full speed; or "".
 
     told: robots whose command is connected. A robot with a safe command other than
-    standstill is left out: that may be on purpose.
+    standstill is left out: that may be on purpose. So is one that obeys nothing.
     """
-    rest = [a for key, a in agents.items() if key not in told]
+    rest = [
+        agent
+        for key, agent in agents.items()
+        if key not in told and getattr(agent, "obeys", True)
+    ]
     idle = [a.key for a in rest if isinstance(a, Robot) and not any(_numbers(a))]
     if not idle:
         return ""

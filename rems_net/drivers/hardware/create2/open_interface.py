@@ -80,14 +80,15 @@ class OpenInterface(SerialDriven):
             if lacks := [path for path in paths if path not in fields.paths]:
                 raise SchemaError(
                     f"{self.key} can't be: a Create 2 needs {port} with "
-                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. {TAKE}"
+                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. {TAKE} (R0306)"
                 )
         for name, size in SIZES.items():
             # With another robot's sizes, speeds and odometry would be wrong.
             if not abs((has := self.parameters[name]) - size) <= DIFFERS * size:
                 raise SchemaError(
                     f"{self.key} has a {name} of {has:g} m, and a Create 2 one of "
-                    f"{size:g} m: a measured one differs by 10 % at most. {TAKE}"
+                    f"{size:g} m: a measured one differs by 10 % at most. "
+                    f"{TAKE} (R0306)"
                 )
         super().prepare()
 
@@ -242,7 +243,7 @@ class OpenInterface(SerialDriven):
         if not (31 <= note <= 127 and 1 <= lasts <= 255):
             raise FieldValueError(
                 f"beep({note!r}, {seconds!r}): expected a note of MIDI, 31 to 127 (72 "
-                "is a C), and 0.02 to 3.98 s."
+                "is a C), and 0.02 to 3.98 s. (R0314)"
             )
         slot = commands.SONGS - 1
         song = commands.song(slot, [(note, lasts)]) + bytes([Op.PLAY, slot])
@@ -253,7 +254,9 @@ class OpenInterface(SerialDriven):
         """Show up to four characters on the robot's display, if it has one."""
         shown = text[:4].ljust(4)
         if not (shown.isascii() and shown.isprintable()):
-            raise FieldValueError(f"display({text!r}): expected plain ASCII letters.")
+            raise FieldValueError(
+                f"display({text!r}): expected plain ASCII letters. (R0314)"
+            )
         self.perform(lambda: self._say(bytes([Op.DIGITS]) + shown.encode()))
 
 

@@ -54,7 +54,8 @@ class Wheels(Servos):
         if self.options.left == self.options.right:
             raise SchemaError(
                 f"Both wheels of {self.key} have the servo {self.options.left}; each "
-                "needs one of its own, such as options = { left = 2, right = 1 }."
+                "needs one of its own, such as options = "
+                "{ left = 2, right = 1 }. (R0309)"
             )
         super().prepare()
 

@@ -28,7 +28,7 @@ def load_file(
     call: calls the function of that name in the right world
     The joints' numbers are in the order of the body's `Tree`.
     """
-    told = ElementTree.fromstring(source.urdf)
+    told = ElementTree.fromstring(source.urdf or source.plain)
     # Bullet reads a file, not text; the paths in it are absolute.
     with TemporaryDirectory() as folder:
         file = Path(folder) / "robot.urdf"
@@ -45,7 +45,8 @@ def load_file(
             )
         except bullet.error as error:
             raise SchemaError(
-                f"PyBullet does not take {source.path}: {str(error).rstrip('.')}."
+                f"PyBullet does not take {source.path}: "
+                f"{str(error).rstrip('.')}. (R0206)"
             ) from None
     every = [call("getJointInfo", robot, n) for n in range(call("getNumJoints", robot))]
     names = [source.root, *(about[12].decode() for about in every)]
@@ -56,13 +57,14 @@ def load_file(
             meshes = [str(mesh.get("filename")) for mesh in link.iter("mesh")]
             raise SchemaError(
                 f"PyBullet makes no shape of what touches of link {link.get('name')!r} "
-                f"of {source.path.name}: look at {' and '.join(sorted({*meshes}))}."
+                f"of {source.path.name}: look at "
+                f"{' and '.join(sorted({*meshes}))}. (R0211)"
             )
     # Damping first: with a friction in the same call, Bullet gives that to all links.
     call("changeDynamics", robot, BASE, linearDamping=0.0, angularDamping=0.0)
     for number, name in enumerate(names, BASE):
         friction = {"rollingFriction": 0.0, "spinningFriction": 0.0}
-        friction["lateralFriction"] = source.grip(name) or 0.0
+        friction["lateralFriction"] = source.grips.get(name, source.grip(name) or 0.0)
         call("changeDynamics", robot, number, **friction)
         call("setCollisionFilterGroupMask", robot, number, ROBOT, WORLD)
     numbers = {about[1].decode(): number for number, about in enumerate(every)}

@@ -134,5 +134,5 @@ def _blind(why: str) -> MissingPartError:
     return MissingPartError(
         "A camera needs a renderer, and MuJoCo finds none here "
         f"({why.strip().splitlines()[0].rstrip('.')}). {hint}. "
-        "Or give the robot the driver pybullet, which draws by itself."
+        "Or give the robot the driver pybullet, which draws by itself. (R0302)"
     )

@@ -1,4 +1,4 @@
-"""Seat: the data of a host's membership in one run."""
+"""Membership: the data of a host's membership in one run."""
 
 from collections import deque
 from collections.abc import Callable
@@ -46,7 +46,7 @@ class Value(NamedTuple):
     said: int
 
 
-class Seat:
+class Membership:
     """Membership of one run: thrown away when it ends, with all values.
 
     rates: the `every` of each agent, if all agents of the host are free-running; else
@@ -108,7 +108,7 @@ class Seat:
         if tick.dt != self.dt or tick.t != time_of(n, tick.dt):
             raise WireError(
                 f"tick {tick.n} is at {tick.t:g} s, in steps of {tick.dt:g} s; "
-                f"expected steps of {self.dt:g} s."
+                f"expected steps of {self.dt:g} s. (R0621)"
             )
         if n == self.newest + 1 and not self._early:  # as nearly always
             self.newest = n
@@ -123,6 +123,7 @@ class Seat:
         elif tick.n > self.newest + AHEAD + 1:
             raise WireError(
                 f"tick {tick.n} is further ahead of {self.newest} than a clock can be."
+                " (R0621)"
             )
         self._early[tick.n] = beat
         while self.newest + 1 in self._early:
@@ -215,8 +216,8 @@ class Seat:
         if stamp.n > self.newest + self._ahead:
             raise WireError(
                 f"its stamp is of tick {stamp.n}, and the newest here is "
-                f"{self.newest}; nobody can be so far ahead, so it would be young for "
-                "ever."
+                f"{self.newest}; no writer can be so far ahead, and it would be "
+                "young for ever. (R0621)"
             )
         if stamp.badge in self._writers.get(key, ()):
             self._keep(key, mail, stamp)
@@ -228,7 +229,9 @@ class Seat:
             # A value may overtake the roster that names its writer.
             self._strangers.append((mail, stamp))
         else:
-            raise WireError("nobody of this run writes there with that stamp.")
+            raise WireError(
+                "no member of this run writes there with that stamp. (R0621)"
+            )
 
     def _keep(self, key: str, mail: Mail, stamp: Stamp) -> None:
         self._latest[key] = mail, stamp
@@ -244,8 +247,8 @@ class Seat:
             raise WireError(
                 f"it is a second value of tick {stamp.n}, another one, with the badge "
                 f"of {self._exact[stamp.badge]}. A program on this fabric has copied "
-                "that badge. The first value counts, and nobody can know whether it "
-                "is the true one: from here on a recording may be wrong."
+                "that badge. The first value counts, which may be the wrong one: "
+                "from here on a recording may be wrong. (R0621)"
             )
 
     def value(self, key: str, n: int) -> Value | None:

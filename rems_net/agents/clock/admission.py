@@ -1,4 +1,4 @@
-"""Attendance: how members come, disappear and crash, and how a run reacts to that."""
+"""Admissions: how members come, disappear and crash, and how a run reacts to that."""
 
 import time
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.limits import OVER_SAID, backoff
 from rems_net.agents.protocol.messages import Farewell, Request
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, uncoded
 from rems_net.events import info, warn
 from rems_net.maths.numerics import Platforms
 from rems_net.router.session import Session
@@ -20,7 +20,7 @@ LOOK = 0.05
 LAST = 2.0
 
 
-class Attendance:
+class Admissions:
     """Moves members through the table of `members.py`.
 
     look: raises AgentError for a process that has died.  lives: returns whether the
@@ -68,7 +68,7 @@ class Attendance:
             # its farewell has reported the failure already
             if member.state is State.GONE:
                 return
-            if error.cause == OVER_SAID and not self.session.connected:
+            if error.cause.startswith(OVER_SAID) and not self.session.connected:
                 raise self._cut_off() from None
             self._crash(member, error)
 
@@ -85,13 +85,15 @@ class Attendance:
                 if self._lives(member.name) or not self.session.connected:
                     member.until = now + patience
                     continue
-                cause = f"is out of sight on {member.machine} for {patience:g} s"
+                cause = (
+                    f"is out of sight on {member.machine} for {patience:g} s (R0522)"
+                )
                 self._lose(member, AgentError(member.agent, cause))
             elif member.state is State.CRASHED and member.due and now >= member.due:
                 member.due = 0.0
                 self._start(member.name)
             elif member.state is State.CRASHED and now > member.until:
-                cause = f"did not come back within {patience:g} s of its crash"
+                cause = f"did not come back within {patience:g} s of its crash (R0522)"
                 self._give_up(member, AgentError(member.agent, cause))
             elif member.state in (State.SEEN, State.GONE):
                 self._doubtful.discard(member)
@@ -100,7 +102,7 @@ class Attendance:
         """Return the error of a run whose hosts waited for their router in vain."""
         at, patience = self.session.link.endpoint, self._terms.patience
         return AgentError(
-            "clock", f"the router at {at} is out of sight for {patience:g} s"
+            "clock", f"the router at {at} is out of sight for {patience:g} s (R0522)"
         )
 
     def make_way(self, request: Request) -> None:
@@ -188,9 +190,10 @@ class Attendance:
         member.due = member.since + backoff(member.crashes)
         member.until = member.due + self._terms.patience
         self._doubtful.add(member)
+        how = uncoded(error.cause).removeprefix("was ")
         info(
             "crashed",
-            f"{member.agent} crashed {when} ({error.cause.removeprefix('was ')}); "
+            f"{member.agent} crashed {when} ({how}); "
             f"started again, {member.crashes} of {self._terms.restarts[member.name]}",
             member.agent,
         )
@@ -201,7 +204,9 @@ class Attendance:
         if not self._terms.drop:
             self._finish(self.pacing.n)
             raise error
-        info("dropped", f"{error}; dropped at tick {self.pacing.n}", error.agent)
+        info(
+            "dropped", f"{uncoded(error)}; dropped at tick {self.pacing.n}", error.agent
+        )
 
     def _lose(self, member: Member, error: AgentError | None) -> None:
         """Note that a member has left or failed, which may end the run."""
@@ -218,7 +223,7 @@ class Attendance:
         n = self.pacing.n
         held = member.owes(n)
         if going and error is None:
-            cause = f"left after tick {member.n}, before the end of the run"
+            cause = f"left after tick {member.n}, before the end of the run (R0522)"
             error = AgentError(member.agent, cause)
         if error is not None and not (self._terms.drop and going):
             self.members.drop(member, error.cause if going else "")
@@ -226,7 +231,7 @@ class Attendance:
                 self._finish(member.n if held else n)
             raise error
         if error is not None:
-            text = f"{error}; dropped at tick {member.n + 1 if held else n}"
+            text = f"{uncoded(error)}; dropped at tick {member.n + 1 if held else n}"
             info("dropped", text, error.agent)
         self._drop(member, error.cause if error else "")
 

@@ -1,4 +1,4 @@
-"""Voice: publisher of a clock's ticks, rosters and STOP, with repetition."""
+"""Broadcaster: publisher of a clock's ticks, rosters and STOP, with repetition."""
 
 from collections import deque
 
@@ -11,7 +11,7 @@ from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 
-class Voice:
+class Broadcaster:
     """Puts the ticks and rosters of one run, and whether STOP holds.
 
     stops: counts STOPs and their releases; odd means that STOP holds. It is a number,
@@ -34,16 +34,16 @@ class Voice:
         #: for programs that look, or that are not in lock-step
         self._shown = session.publisher(key("clock", "tick"), block=False)
 
-    def say_roster(self, roster: Roster) -> None:
+    def publish_roster(self, roster: Roster) -> None:
         """Publish the members of the run."""
         self._rosters.put(roster.to_wire())
 
-    def say_tick(self, tick: Tick) -> None:
+    def publish_tick(self, tick: Tick) -> None:
         """Publish a new tick, and whether STOP holds."""
         self._said.append(tick)
         self._put(tick)
 
-    def say_again(self, done: int) -> None:
+    def repeat(self, done: int) -> None:
         """Publish every tick after `done` again: messages may be lost."""
         for tick in self._said:
             if tick.n > done:

@@ -1,4 +1,4 @@
-"""Entrance: a host's admission by the clock, and its farewell."""
+"""Handshake: a host's admission by the clock, and its farewell."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -113,7 +113,10 @@ def ask_in(session: Session, request: Request) -> Admission:
         for mail in session.ask(key, payload, patience, first=True):
             return read_admission(mail.payload)
         Event().wait(0.05)
-    raise NoClock("no clock answers: no experiment runs on this fabric")
+    raise NoClock(
+        "no clock answers: no experiment runs on this fabric; start "
+        "one, or name another fabric: --fabric NAME (R0602)"
+    )
 
 
 def say_farewell(
