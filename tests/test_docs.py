@@ -93,7 +93,7 @@ def test_what_is_going_on(tmp_path: Path) -> None:
 
 def test_without_rems_net(lab: Path) -> None:
     """The plain program: ten lines, no import of ours; it reads, and it drives."""
-    program = blocks(README, "python")[2]
+    program = blocks(README, "python")[1]
     assert "rems_net" not in program
     assert len([line for line in program.splitlines() if line.strip()]) <= 10
     with running(lab, "rems run lab.toml --pace 0.1") as endpoint:

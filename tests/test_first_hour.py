@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import re
+import signal
+import sys
 from pathlib import Path
 
 import pytest
 
 from rems_net.cli import main
+from tests.agents.runs import free_port, until
+from tests.cli.test_open import fabric, row
 from tests.commands import ROOT, python
-from tests.pages import blocks, rems, running
+from tests.pages import blocks, rems, running, started
 
 PAGE = ROOT / "docs" / "first_hour.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -34,6 +38,28 @@ def commands(folder: Path, block: str) -> None:
 def test_install_and_look(tmp_path: Path) -> None:
     install, demo = blocks(PAGE, "sh")[0].splitlines()
     assert f"{install} && {demo}\n" == blocks(ROOT / "README.md", "sh")[0]
+
+
+def test_drive_one(tmp_path: Path) -> None:
+    if sys.platform == "win32":
+        pytest.skip("Windows has no pseudo-terminals")
+    from tests.cli.test_drive import PLAIN, window
+
+    lines = blocks(PAGE, "console")[0].splitlines()
+    served, brought, driven = (line.removeprefix("$ ") for line in lines)
+    where = f" --listen tcp/127.0.0.1:{free_port()}"
+    with (
+        started(tmp_path, served + where),
+        fabric() as here,
+        started(tmp_path, brought),
+    ):
+        until(lambda: row(here, "robot/sim"))
+        with window(PLAIN, *driven.split()[2:]) as terminal:
+            terminal.shows("Ctrl+C ends it")
+            terminal.type(b"w")
+            until(lambda: terminal.read() and here.robot("sim").state.x > 0.001)
+            terminal.process.send_signal(signal.SIGINT)
+            assert terminal.end() in (0, 130)
 
 
 def test_a_robot_of_your_own(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The cells of docs/notebook.md, in a process that runs cells as a kernel does."""
+"""The cells of docs/engine.md, in a process that runs cells as a kernel does."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import pytest
 from tests.agents.runs import until
 from tests.commands import ROOT
 
-PAGE = ROOT / "docs" / "notebook.md"
+PAGE = ROOT / "docs" / "engine.md"
 #: It has no file, runs cell after cell in one namespace, and shows the last line.
 KERNEL = """
 import ast, contextlib, io, json, sys
@@ -127,6 +127,7 @@ def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
         "it. Step it in this process, by run(direct=True), or put it into a file, such "
         "as mine.py, and write 'mine.py:Curve'. A cell that begins with %%writefile "
         "mine.py writes that file."
+        " (R0427)"
     )
 
 

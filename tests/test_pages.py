@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import free_port, until
 from tests.commands import ROOT, environment, python, terminal
 from tests.drivers.hardware.cart import Device
@@ -43,7 +45,9 @@ def test_a_device_that_is_emulated(
 ) -> None:
     """The page's emulator, and its experiment: a model and a driver side by side."""
     text = ROOT / "docs" / page
-    (tmp_path / "lab.toml").write_text(blocks(text, "toml")[0])
+    lab = blocks(ROOT / "docs" / "hardware.md", "toml")[0]
+    lab = lab.replace("create2", name).replace("ttyRobot", port)
+    (tmp_path / "lab.toml").write_text(lab)
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
     )
@@ -98,7 +102,7 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
             ran = rems(tmp_path, "rems run lab.toml", **there, **guest)
             assert "'team1' is a guest of the router" in ran.stderr
             seen = rems(tmp_path, "rems list", **there)
-            assert "wants to know who comes: type `rems router use`" in seen.stderr
+            assert "needs your name: type `rems router use`" in seen.stderr
         finally:
             router.terminate()
 
@@ -147,7 +151,7 @@ def test_an_open_fabric(tmp_path: Path) -> None:
 def test_a_robot_of_a_file(tmp_path: Path) -> None:
     """The page's arm, the lines that draft a definition of it, and the one by hand."""
     pytest.importorskip("mujoco")
-    page = ROOT / "docs" / "bodies.md"
+    page = ROOT / "docs" / "ros.md"
     (tmp_path / "arm.urdf").write_text(blocks(page, "xml")[0])
     for line in blocks(page, "sh")[0].splitlines():
         done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
@@ -157,6 +161,13 @@ def test_a_robot_of_a_file(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     last = rows(tmp_path / "runs" / "arm" / "arm.csv")[-1]
     assert float(last["state/angle [rad]"]) == pytest.approx(0.5, abs=0.01)
+    text = (tmp_path / "arm.py").read_text()
+    assert text.count('"csv"') == 1
+    (tmp_path / "arm.py").write_text(text.replace('"csv"', '"mcap"'))
+    for line in blocks(page, "text")[0].splitlines():
+        done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
+        assert (done.returncode, done.stderr) == (0, ""), line
+    assert (tmp_path / "runs" / "arm" / "run.mcap").exists()
 
 
 def test_a_shared_world(tmp_path: Path) -> None:
@@ -202,15 +213,17 @@ def test_results(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     page = ROOT / "docs" / "results.md"
     (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
-    (tmp_path / "lab.toml").write_text(blocks(ROOT / "README.md", "toml")[0])
     done = rems(tmp_path, "rems run --direct lab.py")
     assert done.returncode == 0, done.stderr
     assert "sim - wide: " in done.stdout
     assert "state/x [m]" in done.stdout
-    last, first = blocks(page, "sh")  # the program's folder is read before it is moved
-    for line in f"{first}{last}".splitlines():
+    *lines, events = "".join(blocks(page, "sh")).splitlines()
+    for line in lines:
         done = rems(tmp_path, line)
         assert (done.returncode, done.stderr) == (0, ""), line
+    done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
     assert (tmp_path / "state.svg").exists()
 
 
@@ -246,15 +259,21 @@ def test_a_recording_in_one_file(tmp_path: Path) -> None:
     read = python(tmp_path, "others.py")
     assert read.returncode == 0, read.stderr
     assert read.stdout.count("/robot/sim/state") == 100
-    (written,) = tomllib.loads(blocks(page, "toml")[0])["output"]
-    assert f'lab.output("{written["name"]}", "{written["type"]}")' in script
+    robot = '[[robot]]\nname = "sim"\ndefinition = "epuck"\ndriver = "kinematic"\n'
+    settings = blocks(page, "toml")[0].replace(
+        "record = ", 'duration = "1 s"\nrecord = '
+    )
+    (tmp_path / "lab.toml").write_text(settings + robot)
+    assert rems(tmp_path, "rems run --direct lab.toml").returncode == 0
+    assert [*McapFile(tmp_path / "runs/lab/run.mcap").channels] == ["robot/sim/state"]
 
 
 def test_a_recording_is_done_again(tmp_path: Path) -> None:
     """And with changes, which are named."""
     page = ROOT / "docs" / "recordings.md"
-    _, same, changed = blocks(page, "sh")
-    (tmp_path / "again.toml").write_text(blocks(page, "toml")[1])
+    same, changed = (b for b in blocks(page, "sh") if "rems rerun" in b)
+    (again,) = (b for b in blocks(page, "toml") if 'name = "again"' in b)
+    (tmp_path / "again.toml").write_text(again)
     run, again = same.splitlines()
     assert rems(tmp_path, run.replace("rems run", "rems run --direct")).returncode == 0
     done = rems(tmp_path, again)

@@ -11,7 +11,7 @@ import pytest
 
 from rems_net import Experiment, In, Input, Out, Process, Schema, Settings, Tick
 from rems_net.defdict import length, number
-from rems_net.errors import AgentError, RemsError
+from rems_net.errors import AgentError, RemsError, uncoded
 from rems_net.robots.woodbot import Woodbot
 from rems_net.toml import TOMLDecodeError, loads, meant
 
@@ -138,7 +138,7 @@ def test_a_slip_within_a_step(does: Callable[..., object], sentence: str) -> Non
         engine.step()
     assert re.match(sentence, caught.value.cause), caught.value
     assert re.search(
-        r"\(test_slips\.py, line \d+, in <lambda>, tick 1\)$", str(caught.value)
+        r"\(test_slips\.py, line \d+, in <lambda>, tick 1\)$", uncoded(caught.value)
     )
 
 

@@ -71,7 +71,6 @@ def test_every_state_is_received(size: int) -> None:
         "realtime",
         "start",
         "numerics",
-        "cells",
         "recording",
         "worlds",
     ],

@@ -130,8 +130,8 @@ def test_what_was_obeyed_is_not_said_again(fabric: Fabric) -> None:
 def test_an_out_is_not_written_from_outside(fabric: Fabric) -> None:
     robot = fabric.robot("free")
     sentence = (
-        "robot/free/state is an Out: robot/free itself writes it, and nobody else. "
-        "Tell the robot by its command, which is speed, turn."
+        "robot/free/state is an Out, and only robot/free itself writes it. "
+        "Set the command of the robot: speed, turn. (R0619)"
     )
     with pytest.raises(FabricError) as caught:
         robot.state.x = 1.0
@@ -156,6 +156,7 @@ def test_verbs_are_methods_called_by_value(fabric: Fabric) -> None:
     assert str(caught.value) == (
         "robot/free: there is no verb 'gripp'; there is grip, reset. "
         "Did you mean 'grip'?"
+        " (R0513)"
     )
     with pytest.raises(RemsError, match="cannot travel over the fabric"):
         robot.grip(object())
@@ -165,7 +166,10 @@ def test_verbs_are_methods_called_by_value(fabric: Fabric) -> None:
 def test_a_port_that_is_misspelt(fabric: Fabric) -> None:
     """It was taken for a verb: "'function' object is not subscriptable"."""
     robot = fabric.robot("free")
-    said = "robot/free has no port 'stat'; it has command, state. Did you mean 'state'?"
+    said = (
+        "robot/free has no port 'stat'; it has command, state. "
+        "Did you mean 'state'? (R0620)"
+    )
     with pytest.raises(UnknownFieldError) as caught:
         robot.stat["x"]
     assert str(caught.value) == said
@@ -206,6 +210,7 @@ def test_pause_step_resume_and_pace(fabric: Fabric) -> None:
     assert str(caught.value) == (
         "clock: pace is 'fst'; expected \"fast\" or a real-time factor, such as 1.0. "
         "Did you mean 'fast'?"
+        " (R0408)"
     )
 
 

@@ -21,10 +21,12 @@ from rems_net.router.find import open_session, serve
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from tests.agents.runs import PARTS, alive, calm, until
+from tests.commands import python
 
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("live", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
+lab.record = False
 lab.input("wave", "parts.py:Wave", host="rest")
 lab.robot("auto", "parts.py:Cart", "parts.py:Euler", command="input/wave")
 lab.robot("free", "parts.py:Cart", "parts.py:Euler")
@@ -134,6 +136,33 @@ def test_any_program_may_command_a_free_robot_and_it_stops_by_itself(
     assert 0.5 <= x() <= 0.6
 
 
+@pytest.mark.slow  # three programs, each of which joins and ends
+@pytest.mark.parametrize("end", ["", "raise SystemError('this is its end')", "work()"])
+def test_a_program_that_does_not_close_its_fabric_ends(
+    shared: Lab, tmp_path: Path, end: str
+) -> None:
+    """At its end, by an error, or when its last thread has used the fabric."""
+    text = f"""
+import threading, rems_net
+robot = rems_net.join().robot("free")
+robot.command["speed"] = "1 percent"
+def work():
+    def put():
+        threading.main_thread().join()
+        for _ in range(5):
+            robot.command["speed"] = "2 percent"
+        print("worked", flush=True)
+    threading.Thread(target=put).start()
+{end}
+"""
+    (tmp_path / "program.py").write_text(text, encoding="utf-8")
+    endpoint = shared[1].link.endpoint
+    done = python(tmp_path, "program.py", REMS_ROUTER=endpoint)
+    error = done.stderr.splitlines()[-1:]
+    assert error == (["SystemError: this is its end"] if "raise" in end else [])
+    assert done.stdout == ("worked\n" if "work()" in end else "")
+
+
 def test_a_command_that_does_not_fit_is_told_and_harms_nobody(shared: Lab) -> None:
     process, session = shared
     for payload in (b"\xc1", msgpack.packb({"speed": 9.0, "turn": 0.0}), b""):
@@ -146,7 +175,7 @@ def test_a_command_that_does_not_fit_is_told_and_harms_nobody(shared: Lab) -> No
         r"outside the experiment \(1 so far, now at [\d.]+ s\): {1}\n"
     )
     assert re.fullmatch(dropped.format("free", ".*"), free)
-    deaf = r"it is told by input/wave, and by nobody else\."
+    deaf = r"it is commanded by input/wave alone\. \(R0619\)"
     assert re.fullmatch(dropped.format("auto", deaf), auto)
     assert roster(session)
 
@@ -163,6 +192,7 @@ def test_a_command_that_its_robot_would_not_hear_is_refused(shared: Lab) -> None
             assert str(caught.value) == (
                 "input/wave commands robot/auto, so it takes no command from here; to "
                 "command it from a program, leave out its connection to input/wave."
+                " (R0619)"
             )
 
 

@@ -133,6 +133,6 @@ def test_nobody_keeps_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     with (
         Session(Link(endpoint, serve=True)),
         join() as fabric,
-        pytest.raises(FabricError, match="nobody keeps a STOP"),
+        pytest.raises(FabricError, match="no clock and no router keeps a STOP"),
     ):
         fabric.release()

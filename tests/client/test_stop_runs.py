@@ -24,6 +24,7 @@ from tests.commands import inside as rems
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("told", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
+lab.record = False
 for name in ("a", "b"):
     lab.robot(name, "parts.py:Cart", "parts.py:Euler")
 lab.run("out")

@@ -22,6 +22,7 @@ from tests.client.programs import programs
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("live", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
+lab.record = False
 lab.robot("free", "parts.py:Cart", "parts.py:Gripping")
 lab.robot("other", "parts.py:Cart", "parts.py:Gripping")
 lab.robot("third", "parts.py:Cart", "parts.py:Gripping", host="other")

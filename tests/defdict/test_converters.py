@@ -36,7 +36,7 @@ def test_a_refusal_names_both_ends_and_every_reason() -> None:
         "input/keys/value (keys) cannot become robot/sim/command (woodbot.command):\n"
         "  - 'speed': m (length) cannot become m/s (velocity).\n"
         "  - nothing gives 'turns' (rad). Did you mean 'turn'? Connect what has it, or "
-        "a process that makes it."
+        "a process that makes it. (R0117)"
     )
 
 

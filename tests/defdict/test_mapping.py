@@ -134,7 +134,8 @@ def test_numbers_of_another_unit_are_not_taken_as_they_are() -> None:
             take()
         found = str(caught.value).replace("m/p.", "m.")  # the group, or the whole
         assert found == (
-            "inch: 'p/x' is in inch, but in m in m. Convert it first: value.to(...)."
+            "inch: 'p/x' is in inch, but in m in m. Convert it first: value.to(...). "
+            "(R0102)"
         )
     assert inch(near.to(inch)) == near.to(inch)
     assert metre(near) == near
@@ -195,7 +196,7 @@ def test_a_field_may_be_called_like_a_method() -> None:
             value.copy = given
         assert str(caught.value) == (
             "odd: 'copy' has the name of a method of every DefDict. "
-            "Write value['copy'] = ..."
+            "Write value['copy'] = ... (R0105)"
         )
     assert value["copy"] == 3.0
 

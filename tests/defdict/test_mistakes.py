@@ -61,115 +61,118 @@ TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
     "1 a misspelt field": (
         put(STATE, "z", 1.0),
         UnknownFieldError,
-        "woodbot.state has no field 'z'. It has 'x', 'y', 'a'.",
+        "woodbot.state has no field 'z'. It has 'x', 'y', 'a'. (R0104)",
     ),
     "2 a misspelt path": (
         put(COMMAND, "wheel/lefft", 1.0),
         UnknownFieldError,
-        "woodbot.command has no field 'wheel/lefft'. Did you mean 'wheel/left'?",
+        "woodbot.command has no field 'wheel/lefft'. Did you mean 'wheel/left'? "
+        "(R0104)",
     ),
     "3 a dot instead of a slash": (
         put(COMMAND, "wheel.left", 1.0),
         UnknownFieldError,
-        "woodbot.command has no field 'wheel.left'. Did you mean 'wheel/left'?",
+        "woodbot.command has no field 'wheel.left'. Did you mean 'wheel/left'? (R0104)",
     ),
     "4 the name without its group": (
         put(COMMAND, "left", 1.0),
         UnknownFieldError,
-        "woodbot.command has no field 'left'. Did you mean 'wheel/left'?",
+        "woodbot.command has no field 'left'. Did you mean 'wheel/left'? (R0104)",
     ),
     "5 a misspelt attribute": (
         lambda: setattr(COMMAND().wheel, "lft", 1.0),
         UnknownFieldError,
-        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'?",
+        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'? (R0104)",
     ),
     "6 faster than the wheel": (
         put(COMMAND, "wheel/left", 12),
         FieldValueError,
         "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
-        "12. To limit it, use clip().",
+        "12. To limit it, use clip(). (R0101)",
     ),
     "7 degrees, without saying so": (
         put(COMMAND, "wheel/left", 180.0),
         FieldValueError,
         "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
-        '180.0. Did you mean "180 deg/s"? To limit it, use clip().',
+        '180.0. Did you mean "180 deg/s"? To limit it, use clip(). (R0101)',
     ),
     "8 a number as text": (
         put(STATE, "x", "2"),
         FieldValueError,
         "woodbot.state: 'x' expects a number in m, but got '2'. Type 2 without quotes, "
-        'or with its unit: "2 m".',
+        'or with its unit: "2 m". (R0101)',
     ),
     "9 the wrong kind of unit": (
         put(STATE, "x", "2 deg"),
         UnitError,
         "woodbot.state: 'x' expects a number in m, but got '2 deg': deg (angle) cannot "
-        'become m (length). Type a number in m, or a text such as "1.5 m".',
+        'become m (length). Type a number in m, or a text such as "1.5 m". (R0102)',
     ),
     "10 a misspelt unit": (
         put(STATE, "x", "2 meterz"),
         UnitError,
         "woodbot.state: 'x' expects a number in m, but got '2 meterz': 'meterz' is not "
         "a unit that unyt knows. Did you mean 'meter'? Type a number in m, or a text "
-        'such as "1.5 m".',
+        'such as "1.5 m". (R0102)',
     ),
     "11 metres per second into radians per second": (
         put(COMMAND, "wheel/left", 2 * unyt.m / unyt.s),
         UnitError,
         "woodbot.command: 'wheel/left' expects a number in rad/s from -8 to 8, but got "
         "2 m/s: m/s (velocity) cannot become rad/s (angular "
-        'velocity). Type a number in rad/s, or a text such as "1.5 rad/s".',
+        'velocity). Type a number in rad/s, or a text such as "1.5 rad/s". (R0102)',
     ),
     "12 percent where there is no range": (
         put(STATE, "x", "50 percent"),
         UnitError,
         "woodbot.state: 'x' expects a number in m, but got '50 percent': percent is a "
         "share of a range, and this field has no range. Type a number in m, or a text "
-        'such as "1.5 m".',
+        'such as "1.5 m". (R0102)',
     ),
     "13 a list for one value": (
         put(STATE, "x", [1, 2]),
         FieldValueError,
-        "woodbot.state: 'x' expects a number in m, but got [1, 2].",
+        "woodbot.state: 'x' expects a number in m, but got [1, 2]. (R0101)",
     ),
     "14 one value too few": (
         lambda: STATE([1, 2]),
         FieldValueError,
-        "woodbot.state has 3 fields ('x', 'y', 'a'), but 2 values came.",
+        "woodbot.state has 3 fields ('x', 'y', 'a'), but 2 values came. Give one "
+        "for each, or name some in a dict. (R0107)",
     ),
     "15 an array of the wrong length": (
         put(SETUP, "gains", [1, 2, 3, 4]),
         FieldValueError,
         "setup: 'gains' expects an array of 3 numbers, but got [1, 2, 3, 4]. Its shape "
-        "is (4,), not (3,).",
+        "is (4,), not (3,). (R0101)",
     ),
     "16 half a step": (
         put(SETUP, "steps", 2.5),
         FieldValueError,
         "setup: 'steps' expects a whole number from 1 to 1000, but got 2.5. "
-        "Use round().",
+        "Use round(). (R0101)",
     ),
     "17 a choice that is none": (
         put(SETUP, "solver", "rk45"),
         FieldValueError,
         "setup: 'solver' expects one of 'euler', 'rk4', but got 'rk45'. Did you mean "
-        "'rk4'?",
+        "'rk4'? (R0101)",
     ),
     "18 yes instead of True": (
         put(SETUP, "record", "yes"),
         FieldValueError,
-        "setup: 'record' expects True or False, but got 'yes'. Write True or False.",
+        "setup: 'record' expects True or False, but got 'yes'. Write True or False. "
+        "(R0101)",
     ),
     "19 a sensor that divided by zero": (
         put(SETUP, "gains", [0.0, np.nan, 0.0]),
         FieldValueError,
-        "setup: 'gains'[1] expects a number, but got nan.",
+        "setup: 'gains'[1] expects a number, but got nan. (R0101)",
     ),
     "20 a group with a word that is misspelt": (
         put(COMMAND, "wheel", {"lft": 1.0, "right": 1.0}),
         UnknownFieldError,
-        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'?",
+        "woodbot.command has no field 'wheel/lft'. Did you mean 'wheel/left'? (R0104)",
     ),
     "21 an input wired to the wrong port": (
         lambda: STATE.converter(COMMAND),
@@ -178,36 +181,36 @@ TWENTY: dict[str, tuple[Callable[[], Any], type[RemsError], str]] = {
         "  - nothing gives 'wheel/left' (rad/s -8..8). Add a rule, or ask for its "
         "default with missing='default'.\n"
         "  - nothing gives 'wheel/right' (rad/s -8..8). Add a rule, or ask for its "
-        "default with missing='default'.",
+        "default with missing='default'. (R0117)",
     ),
     "22 a definition with a number for a field": (
         lambda: Schema("my.robot", {"radius": 0.02}),
         SchemaError,
         "my.robot/radius must be a field such as length('m'), or a dict of fields; got "
-        "0.02.",
+        "0.02. (R0112)",
     ),
     "23 True for 1": (
         put(STATE, "x", True),
         FieldValueError,
         "woodbot.state: 'x' expects a number in m, but got True. Write 1 if you mean "
-        "the number.",
+        "the number. (R0101)",
     ),
     "24 del": (
         lambda: STATE().pop("x"),
         FixedKeysError,
         "the keys of woodbot.state are fixed by its schema and cannot be removed. "
-        "dict(value) is a dict of its own.",
+        "dict(value) is a dict of its own. (R0106)",
     ),
     "25 a range the wrong way round": (
         lambda: length("m", range=(2, 0)),
         SchemaError,
-        "a range goes from low to high; got (2, 0).",
+        "a range goes from low to high; got (2, 0). (R0110)",
     ),
     "26 JSON instead of msgpack": (
         lambda: STATE.decode(b'{"x":1}'),
         WireError,
         "woodbot.state: the payload is not one msgpack map: unpack(b) received extra "
-        "data. It looks like JSON.",
+        "data. It looks like JSON. (R0123)",
     ),
 }
 
@@ -242,14 +245,14 @@ def test_two_seconds_are_not_two_metres() -> None:
     assert refused(STATE(), "x", 2 * unyt.second) == (
         "woodbot.state: 'x' expects a number in m, but got 2 s: "
         "s (time) cannot become m (length). Type a number in m, or a text such as "
-        '"1.5 m".'
+        '"1.5 m". (R0102)'
     )
 
 
 def test_hello_is_not_a_length() -> None:
     assert refused(STATE(), "x", "hello") == (
         "woodbot.state: 'x' expects a number in m, but got 'hello'. Type a number, "
-        'such as 1.5 or "1.5 m".'
+        'such as 1.5 or "1.5 m". (R0101)'
     )
 
 
@@ -257,7 +260,7 @@ def test_unknown_keys_are_not_dropped() -> None:
     with pytest.raises(UnknownFieldError) as caught:
         STATE().update({"x": 1, "typo": 9})
     assert str(caught.value) == (
-        "woodbot.state has no field 'typo'. It has 'x', 'y', 'a'."
+        "woodbot.state has no field 'typo'. It has 'x', 'y', 'a'. (R0104)"
     )
 
 
@@ -265,14 +268,15 @@ def test_surplus_values_are_not_cut() -> None:
     with pytest.raises(FieldValueError) as caught:
         STATE([1, 2, 3, 4])
     assert str(caught.value) == (
-        "woodbot.state has 3 fields ('x', 'y', 'a'), but 4 values came."
+        "woodbot.state has 3 fields ('x', 'y', 'a'), but 4 values came. Give one "
+        "for each, or name some in a dict. (R0107)"
     )
 
 
 def test_out_of_range_is_not_clipped_without_a_word() -> None:
     assert refused(SETUP(), "reach", 3.0) == (
         "setup: 'reach' expects a number in m from 0 to 2, but got 3.0. To limit it, "
-        "use clip()."
+        "use clip(). (R0101)"
     )
     assert SETUP().clip(reach=3.0) == {"reach": 2.0}
 
@@ -280,7 +284,8 @@ def test_out_of_range_is_not_clipped_without_a_word() -> None:
 def test_bananas_are_not_dimensionless() -> None:
     assert refused(STATE(), "x", "3 bananas") == (
         "woodbot.state: 'x' expects a number in m, but got '3 bananas': 'bananas' is "
-        'not a unit that unyt knows. Type a number in m, or a text such as "1.5 m".'
+        'not a unit that unyt knows. Type a number in m, or a text such as "1.5 m". '
+        "(R0102)"
     )
 
 
@@ -296,5 +301,5 @@ def test_key_errors_read_as_sentences() -> None:
     with pytest.raises(KeyError) as caught:
         _ = COMMAND()["wheels"]
     assert str(caught.value) == (
-        "woodbot.command has no field 'wheels'. Did you mean 'wheel'?"
+        "woodbot.command has no field 'wheels'. Did you mean 'wheel'? (R0104)"
     )

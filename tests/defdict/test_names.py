@@ -41,7 +41,7 @@ def test_a_maker_is_not_a_unit(calculate: Any) -> None:
         calculate()
     assert str(caught.value) == (
         "percent() makes a field. To calculate with a unit, take one of "
-        "rems_net.units: from rems_net.units import percent"
+        "rems_net.units: from rems_net.units import percent (R0112)"
     )
 
 
@@ -50,14 +50,14 @@ def test_a_unit_or_a_maker_is_not_a_field() -> None:
         Schema("s", {"p": percent})
     assert str(caught.value) == (
         "s/p must be a field such as length('m'), or a dict of fields; got "
-        "<percent(), which makes a field>. Call it: percent(...)."
+        "<percent(), which makes a field>. Call it: percent(...). (R0112)"
     )
     with pytest.raises(SchemaError) as caught:
         Schema("s", {"p": unyt.percent})
     assert str(caught.value) == (
         "s/p must be a field such as length('m'), or a dict of fields; got %. That is "
         "a unit, to calculate with; what makes a field is in rems_net.units, too: "
-        "from rems_net.units import percent, length."
+        "from rems_net.units import percent, length. (R0112)"
     )
 
 

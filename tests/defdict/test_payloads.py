@@ -71,10 +71,16 @@ def test_bytes_like_payloads() -> None:
         (b"", "pose: the payload is not one msgpack map: "),
         (b"\xc1", "pose: the payload is not one msgpack map: "),
         (packed([1, 2]), "pose: the payload is not one msgpack map: "),
-        (packed(1.5), "pose expects a map of fields, but got 1.5."),
-        (packed({"x": 1.0}), "pose: 'p' is missing from the payload."),
-        (packed({"x": 1.0, "p": {}}), "pose: 'p/on' is missing from the payload."),
-        (packed({"x": 1.0, "p": 2}), "pose: 'p' expects a map of fields, but got 2."),
+        (packed(1.5), "pose expects a map of fields, but got 1.5. (R0123)"),
+        (packed({"x": 1.0}), "pose: 'p' is missing from the payload: "),
+        (
+            packed({"x": 1.0, "p": {}}),
+            "pose: 'p/on' is missing from the payload: ",
+        ),
+        (
+            packed({"x": 1.0, "p": 2}),
+            "pose: 'p' expects a map of fields, but got 2. (R0123)",
+        ),
         (packed({"x": "1", "p": {"on": True}}), "pose: 'x' expects a number, but got"),
         (packed({"x": "1 m", "p": {"on": True}}), "pose: 'x' expects a number, but go"),
         (packed({"x": True, "p": {"on": True}}), "pose: 'x' expects a number, but got"),
@@ -98,7 +104,7 @@ def test_bytes_like_payloads() -> None:
         ),
         (
             packed({"x": 1.0, "p": {"of": True}}),
-            "pose has no field 'p/of'. It has 'on'.",
+            "pose has no field 'p/of'. It has 'on'. (R0123)",
         ),
         (
             packed({"x": 1.0, "p": {"on": True}}) + b"\x00",

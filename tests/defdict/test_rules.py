@@ -223,7 +223,7 @@ def test_a_clash_names_both_origins() -> None:
         merge_schemas([(BASE, "YoubotBase"), (other, "YoubotArm")])
     assert str(caught.value) == (
         "'x' is defined twice: rad by YoubotBase, and deg from 0 to 90 by YoubotArm. "
-        "Rename one of them, or give one a prefix."
+        "Rename one of them, or give one a prefix. (R0114)"
     )
     for first, second in ((0, 1), (1, 0)):
         pair = [(BASE, "Base"), (Schema("w", {"wheel": angle()}), "Arm")]
@@ -231,7 +231,7 @@ def test_a_clash_names_both_origins() -> None:
             merge_schemas([pair[first], pair[second]])
         assert str(caught.value) == (
             "'wheel' is a field in Arm, but a group in Base ('wheel/left'). "
-            "Rename one of them."
+            "Rename one of them. (R0114)"
         )
 
 

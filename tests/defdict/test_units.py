@@ -142,7 +142,7 @@ def test_what_is_far_out_of_range(field: Field, came: float, asked: str) -> None
     with pytest.raises(FieldValueError) as caught:
         Schema("s", {"x": field})(x=came)
     assert str(caught.value).endswith(
-        f"but got {came!r}.{asked} To limit it, use clip()."
+        f"but got {came!r}.{asked} To limit it, use clip(). (R0101)"
     )
 
 
@@ -186,7 +186,7 @@ def test_temperature_has_a_zero_point() -> None:
 def test_bananas_are_not_a_unit() -> None:
     with pytest.raises(UnitError) as caught:
         length("bananas")
-    assert str(caught.value) == "'bananas' is not a unit that unyt knows."
+    assert str(caught.value) == "'bananas' is not a unit that unyt knows. (R0103)"
     with pytest.raises(UnitError, match=r"Did you mean 'mm'\?"):
         length("mmm")
 
@@ -207,7 +207,7 @@ def test_what_people_say_is_understood(said: str, meant: str) -> None:
     """'sec' was taken for 'EC', and 'm/sec' for nothing."""
     with pytest.raises(UnitError) as caught:
         find_unit(said)
-    assert str(caught.value).endswith(f"Did you mean {meant!r}?")
+    assert str(caught.value).endswith(f"Did you mean {meant!r}? (R0103)")
     assert find_unit(meant)
 
 
@@ -221,7 +221,7 @@ def test_a_quantity_takes_its_own_units_only() -> None:
     with pytest.raises(UnitError) as caught:
         length("s")
     assert str(caught.value) == (
-        "length() takes a unit such as 'm'; 's' is a unit of time."
+        "length() takes a unit such as 'm'; 's' is a unit of time. (R0102)"
     )
 
 

@@ -180,7 +180,7 @@ def test_units_are_converted(there: str) -> None:
 
 
 def test_mistakes_are_a_sentence_each(there: str) -> None:
-    assert "input/keys commands robot/led there, and nobody else does" in refused(
+    assert "input/keys commands robot/led there; no other program can" in refused(
         remote(there, "led")
     )
     absent = refused(remote(there, "alice"))

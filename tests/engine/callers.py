@@ -99,6 +99,17 @@ class Wrong(Process):
             exec(f"self.verbs{self.options.what}", {"self": self, "DefDict": DefDict})
 
 
+class Names(Process):
+    """Names a verb, and calls nothing."""
+
+    sled = In(STATE)
+    verbs = Verbs(sled)
+
+    def step(self, tick: Tick) -> None:
+        if self.sled.x > 0.3:
+            self.verbs["robot/a"].reset  # noqa: B018 - the mistake
+
+
 class Far(Process):
     """Passes a sled's way on, times a factor."""
 

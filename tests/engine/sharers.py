@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rems_net import In, Input, Out, Process, Schema, Settings, Tick
-from rems_net.defdict import boolean, length, percent, velocity
+from rems_net.defdict import angle, boolean, length, percent, velocity
 from rems_net.robots.scaler import Scaler
 from rems_net.robots.youbot import Youbot, YoubotArm
 
@@ -64,6 +64,17 @@ class Slip(Input):
     """Of two fields of the base, one misspelt."""
 
     value = Out(Schema("slip", {"linear/x": velocity(), "linear/yy": velocity()}))
+
+    def read(self, tick: Tick) -> None:
+        return None
+
+
+class Numbered(Input):
+    """Of a longer arm: its joint 9 is no misspelt joint of the youBot's."""
+
+    value = Out(
+        Schema("numbered", {"arm/joint/1": angle(), "arm/joint/9": angle()}),
+    )
 
     def read(self, tick: Tick) -> None:
         return None

@@ -9,12 +9,25 @@ import pytest
 
 from rems_net import Experiment, In, Output, Process, Verbs
 from rems_net.agents.experiment.show import Show
-from rems_net.errors import AgentError, ExperimentError, SchemaError
+from rems_net.errors import AgentError, ExperimentError, SchemaError, uncoded
 from tests.agents.runs import Told
-from tests.engine.callers import COMMAND, STATE, Crowd, Geared, Referee, Sled, Wrong
+from tests.engine.callers import (
+    COMMAND,
+    STATE,
+    Crowd,
+    Geared,
+    Names,
+    Referee,
+    Sled,
+    Wrong,
+)
 from tests.engine.thrice import in_three_ways
 
 PARTS = Path(__file__).parent
+NAMED = (
+    r"Names names the verb 'reset' of verbs and does not call it \(callers.py, line "
+    r"\d+\); write reset\(\)\."
+)
 
 
 def sled(**more: Any) -> Experiment:
@@ -142,7 +155,13 @@ def test_a_wrong_call_is_the_caller_s(what: str, says: str) -> None:
     with lab.engine() as engine, pytest.raises(AgentError) as told:
         engine.step(9)
     assert told.value.agent == "process/ref"
-    assert told.value.cause == says + LINE + ")"
+    assert uncoded(told.value.cause) == says + LINE + ")"
+
+
+def test_a_verb_that_is_only_named_is_refused() -> None:
+    lab = sled()
+    with pytest.raises(ExperimentError, match=NAMED):
+        lab.process("ref", Names, sled="robot/a/state")
 
 
 def test_the_same_bytes_in_the_engine_in_one_host_and_in_many() -> None:
@@ -204,7 +223,7 @@ def test_a_wrong_call_ends_a_run_in_processes_with_the_same_sentence(
     assert told.value.agent == "process/ref"
     assert told.value.cause == (
         "robot/a.putt(): there is no verb 'putt'; there is put, reset. Did you "
-        f"mean 'put'? ({LINE})"
+        f"mean 'put'? ({LINE}) (R0513)"
     )
 
 
@@ -237,6 +256,7 @@ def test_what_is_refused_before_anything_starts() -> None:
     assert str(told.value) == (
         "process 'own': verbs = Verbs(sled) calls the verbs of robots, and sled reads "
         "process/ref/value; connect it to a robot, such as sled='robot/sim/state'."
+        " (R0424)"
     )
     lab = sled()
     lab.output("shown", Shown, sled="robot/a/state")

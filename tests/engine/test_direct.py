@@ -85,7 +85,11 @@ def test_it_loads_no_network_and_no_tables(weave: Path) -> None:
     assert not loaded & heavy
     rooms = ("rems_net.agents.clock", "rems_net.agents.host", "rems_net.router.session")
     assert not [name for name in loaded if name.startswith(rooms)]
-    assert done.stdout.split() == ["files", "runs/weave/cart.csv"]
+    assert done.stdout.split() == [
+        "files",
+        "runs/weave/cart.csv",
+        "runs/weave/run.mcap",
+    ]
 
 
 @pytest.mark.skipif(not _can_be_pinned(), reason="only Linux can pin a process")
@@ -95,7 +99,12 @@ def test_it_is_pinned_if_what_it_uses_depends_on_the_processor(weave: Path) -> N
     script.write_text(f"import numpy\nprint('once')\n{script.read_text()}")
     done = rems(weave, "run", "weave.py", "--direct")
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.split() == ["once", "files", "runs/weave/cart.csv"]
+    assert done.stdout.split() == [
+        "once",
+        "files",
+        "runs/weave/cart.csv",
+        "runs/weave/run.mcap",
+    ]
     told = json.loads((weave / "runs" / "weave" / "run.json").read_text())
     assert told["numerics"].endswith(", pinned")
 

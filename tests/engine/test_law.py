@@ -32,7 +32,7 @@ EXAMPLES = ROOT / "examples"
 #: Examples that drive devices, or need a robot of an open fabric.
 APART = ("as_in_the_paper.py", "real_woodbot.py", "open.toml")
 #: Pages whose experiments need more than the page: an installed package, a notebook.
-MORE = ("parts.md", "notebook.md")
+MORE = ("parts.md", "engine.md")
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
 CARTS = ("a", "b", "c")
 INPUTS = ("wave", "slow", "stick")

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment, Input, Out, Schema, Tick
-from rems_net.agents import overdue
+from rems_net.agents.background import overdue
 from rems_net.cli import main
 from tests.agents.scripts import script
 
@@ -151,7 +151,7 @@ def test_quick_methods_are_left_alone(capsys: pytest.CaptureFixture[str]) -> Non
 def test_in_a_process(tmp_path: Path) -> None:
     """A host warns on the screen of its run; its script is read by the host, too."""
     text = slow('        return {"v"', "time.sleep(1.5 * (tick.n == 3))")
-    text += "\nfrom rems_net.agents import overdue\noverdue.PATIENCE = 0.2\n"
+    text += "\nfrom rems_net.agents.background import overdue\noverdue.PATIENCE = 0.2\n"
     line = text.splitlines().index("        time.sleep(1.5 * (tick.n == 3))") + 1
     assert script(tmp_path, text + LAB) == (
         0,

@@ -164,6 +164,14 @@ def test_writers_that_are_refused(writers: list[Any], says: str) -> None:
     assert str(refused.value).startswith(says)
 
 
+def test_another_number_is_another_field() -> None:
+    lab = Experiment("numbered", folder=PARTS)
+    for name, kind in (("base", "Base"), ("arm", "Numbered")):
+        lab.input(name, f"sharers.py:{kind}")
+    lab.robot("kuka", "youbot", "kinematic", command=["input/base", "input/arm"])
+    lab.check()
+
+
 TOML = """
 [experiment]
 duration = "1 s"

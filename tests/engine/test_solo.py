@@ -120,7 +120,8 @@ def test_it_records_if_asked(tmp_path: Path) -> None:
     new.output("log", "csv")
     with new.engine(out=tmp_path / "rec") as engine:
         engine.run()
-    assert [Path(file).name for file in engine.files] == ["free.csv", "sim.csv"]
+    names = [Path(file).name for file in engine.files]
+    assert names == ["free.csv", "sim.csv", "run.mcap"]
     by_processes = new.run(tmp_path / "run")
     for file in by_processes.files:
         assert (tmp_path / "rec" / file.name).read_bytes() == file.read_bytes()

@@ -35,10 +35,10 @@ SOON = 60.0
 #: commands that only look: what they show may come a moment later
 LOOKS = ("list", "get", "why", "router status")
 _STEP = re.compile(
-    r"^\*\*(Teacher|Student [12])\*\*((?:(?!\n\n)[^:])*):\n\n```(\w+)\n(.*?)^```$",
+    r"^\*\*(Teacher|Student [12])\*\*((?:(?!\n\n)[^:])*):\n```(\w+)\n(.*?)^```$",
     re.M | re.S,
 )
-_PROMISE = re.compile(r"\n\n```text\n(.*?)^```$", re.M | re.S)
+_PROMISE = re.compile(r"\n```text\n(.*?)^```$", re.M | re.S)
 
 
 class Step(NamedTuple):

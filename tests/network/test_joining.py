@@ -98,7 +98,7 @@ def test_an_open_fabric_over_a_partition(
         assert zoe.ended is None
         gone = [line for line in served.text().splitlines() if "for 30 s" in line]
         if seconds == 34:
-            assert gone == ["robot/zoe: is out of sight on a for 30 s"]
+            assert gone == ["robot/zoe: is out of sight on a for 30 s (R0522)"]
             zoe.wait_for("^warning: the clock is out of sight; waiting for it$")
             zoe.wait_for("^warning: the clock is out of sight for 3. s: joining again$")
             assert served.text().count("robot/zoe on a is here") == 2

@@ -50,7 +50,8 @@ def test_a_closed_run_whose_router_does_not_come_back(tmp_path: Path) -> None:
         last = f"\nrems: clock: the router at {router} is out of sight for 3 s\n"
         assert run.text().endswith(last)
         assert bring.text().endswith(
-            "rems: robot/two: the clock is out of sight for 3 s: this host ends\n"
+            "rems: robot/two: the clock is out of sight for 3 s: this host ends"
+            " (R0522)\n"
         )
 
 

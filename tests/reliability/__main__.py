@@ -178,11 +178,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         with tempfile.TemporaryDirectory(prefix="rems-") as scratch:
             section = getattr(Suite(given, Path(scratch)), name)()
         print(section.show())
-        if not given.dry:
+        if not given.dry and name != "rig":  # of no use to readers of the page
             all_places = given.places == PLACES and given.robots == DEVICES
             partly = given.rows or (name in PLACED and not all_places)
             if name in MENDED and partly:
-                section = page.mend(given.page, section)
+                section = page.mend(given.page, section, placed=name in PLACED)
             page.write(given.page, section)
     return 0
 

@@ -23,9 +23,9 @@ from tests.reliability.page import Section, table
 #: files of `attacking/` with attacks, in the order of the table
 FILES = ("stops", "members", "texts", "tested")
 TEXT = """Programs that mean harm, performed by the suite on real routers, runs and
-robots. *Before* is what we saw at the first look (commit 97ade92); *now* is what the
-attack does today. What an attacker may do who has a member's password, or any program
-on a router that is open to everybody, is in `class.md`."""
+robots. *Before* is what they did at commit 97ade92, *now* what they do today. The
+rights of a member with a password are in [a lesson with
+teams](class.md#who-may-do-what)."""
 
 
 class Outcome(NamedTuple):

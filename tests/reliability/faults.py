@@ -240,16 +240,14 @@ def served_again(folder: Path, trials: int) -> Found:
 
 HEAD = ["fault", "the run", "median [s]", "worst [s]", "trials", "kept", "same bytes"]
 HEAD += ["what it says"]
-TEXT = f"""A lock-step run in real time, 20 ticks a second: the clock, an input, a robot
-and the output on one machine, another robot on a second, the router on a third. After
-{TICK} rows the fault comes. Seconds from its end (of a kill: from itself; of a router:
-from the start of its process) until the next row is recorded, or until no process of
-the run is left on the clock's machine. *Kept*: all that was recorded before is there,
-in whole rows. *Same bytes*: the recording is that of a run without a fault. Where a
-run ends because somebody is out of sight, `patience` was {SHORT:g} s. A full disk, few
-files and the system's time (by a library) are those of a run on one machine.
-`rems router serve` is an open fabric with its router: seconds until its agent is there
-again."""
+TEXT = f"""A lock-step run in real time, 20 ticks a second: the clock, an input, a
+robot and the output on one machine, another robot on a second, the router on a third.
+After {TICK} rows the fault comes. The seconds are from its end until the next row is
+recorded, or until no process of the run is left on the clock's machine. *Kept*: all
+that was recorded before is there, in whole rows. *Same bytes*: the recording is that
+of a run without a fault. `patience` was {SHORT:g} s. A full disk, few files and the
+system's time are those of a run on one machine. For `rems router serve` the seconds
+count until its agent is there again."""
 
 
 def section(found: Sequence[Found]) -> Section:

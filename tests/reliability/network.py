@@ -94,11 +94,11 @@ def measure(
 
 HEAD = ["link", "least [ms]", "p50 [ms]", "p99 [ms]", "mean [ms]", "and back [ms]"]
 HEAD += ["lost [%]", "TCP [Mbit/s]"]
-TEXT = """Machines are Linux network namespaces on one computer; a process in user space
-carries every packet between their TUN devices, with a delay, jitter (order kept), loss
-and rate for each direction. What a program's own UDP packets of 20 bytes see of that:
-one way (all machines have one clock), there and back (median), and how many did not
-come back (two ways: twice the loss of a link)."""
+TEXT = """Machines are Linux network namespaces on one computer. A process in user
+space carries every packet between their TUN devices, with a delay, jitter, loss and
+rate for each direction. The table has the times of UDP packets of 20 bytes, one way
+and there and back (median), and the packets that did not come back (two ways: twice
+the loss of a link)."""
 
 
 def section(found: Sequence[Seen]) -> Section:

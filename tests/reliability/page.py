@@ -24,33 +24,32 @@ class Section:
 
     def show(self) -> str:
         begin, end = BEGIN.format(self.name), END.format(self.name)
-        parts = [
-            begin,
-            f"## {self.title}",
-            self.text,
-            self.lines,
-            f"*{machine()}*",
-            end,
-        ]
-        return "\n\n".join(parts)
+        parts = [f"{begin}\n## {self.title}", self.text, self.lines, f"*{machine()}*"]
+        return "\n\n".join(parts) + f"\n{end}"
 
 
-def mend(path: Path, section: Section) -> Section:
-    """The section with the rows of the page that were not measured again.
+def mend(path: Path, section: Section, *, placed: bool) -> Section:
+    """Return the section with what was not measured again, as the page has it.
 
-    A row is known by its first two cells: what was done, and where.
+    A row is known by its first cell. placed: whether the other cells are measured one
+    by one, so that an empty one keeps the page's.
     """
     page = path.read_text(encoding="utf-8")
     begin, end = BEGIN.format(section.name), END.format(section.name)
-    old = page.partition(begin)[2].partition(end)[0]
+    old = _rows(page.partition(begin)[2].partition(end)[0])
     head, new = section.lines.splitlines()[:2], _rows(section.lines)
-    rows = {key: new.pop(key, line) for key, line in _rows(old).items()} | new
-    return replace(section, lines="\n".join([*head, *rows.values()]))
+    for title, cells in new.items():
+        if placed and title in old:
+            both = zip(cells, old[title], strict=True)
+            cells[:] = [one if one.strip() else other for one, other in both]
+    rows = {title: new.pop(title, cells) for title, cells in old.items()} | new
+    lines = ["|".join(cells) for cells in rows.values()]
+    return replace(section, lines="\n".join([*head, *lines]))
 
 
-def _rows(text: str) -> dict[tuple[str, ...], str]:
+def _rows(text: str) -> dict[str, list[str]]:
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
-    return {tuple(line.split("|")[1:3]): line for line in lines}
+    return {line.split("|")[1]: line.split("|") for line in lines}
 
 
 def write(path: Path, section: Section) -> None:

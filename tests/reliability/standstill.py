@@ -38,8 +38,22 @@ class Found:
     def worst(self) -> float:
         return max(self.seconds)
 
+    def cell(self) -> str:
+        """Return the worst time of a page's table, and the number of trials."""
+        count = len(self.seconds)
+        worst = f"{self.worst:.2f}"
+        if self.worst >= self.row.lasts:
+            worst = f"> {self.row.lasts:g}"
+        if self.worst > self.row.limit:
+            worst = f"**{worst}**"
+        mark = " w" if "watchdog" in self.stopped_by else ""
+        back = ""
+        if self.row.fault.undo and self.back < count:
+            back = f", moved again in {self.back}"
+        return f"{worst}{mark} ({count}{back})"
+
     def cells(self) -> list[str]:
-        """One line of the table."""
+        """Return all that was found, for the screen."""
 
         def show(value: float) -> str:
             return f"{value:.2f}" if value < self.row.lasts else f"> {self.row.lasts:g}"
@@ -124,35 +138,50 @@ def _once(found: Found, scene: Scene) -> bool:
     return True
 
 
-HEAD = ["fault", "place", "worst", "median", "trials", "kept", "stopped by", "again"]
-TEXT = f"""A robot behind a serial line (a pseudo-terminal), whose device moves in wall
-time and has a watchdog of its own (0.5 s), was told 0.5 m/s at every tick, 20 times a
-second. Then came the fault. How many seconds of wall time later did it stand still?
-The limit is `max_age` + {MARGIN} s = {LIMIT} s. `alone`: one run with its own router;
-`same`: a router of its own process, same machine; `apart`: router, clock, commander and
-robot on four machines. *Stopped by*: `told` (by its driver), `watchdog` (the
-device's own) or nothing, as long as the fault lasted. *Again*: in how many trials it
-moved again within {BACK:g} s after the end of a fault that ends. Where words come late,
-what counts is from when the way is open again, and it must not move at all."""
+#: columns of the two tables, after the fault
+ROUTERS = {
+    "alone": "its own router",
+    "same": "a router beside it",
+    "apart": "four machines",
+}
+TEXT = f"""A robot behind a serial line (a pseudo-terminal) gets a command at every
+tick, 20 times a second. Then a fault comes. A cell has the seconds of wall time until
+the robot stands, in the worst of so many trials. The limit is `max_age` + {MARGIN} s
+= {LIMIT} s. The device has a watchdog of 0.5 s: `w` marks faults after which it
+stopped the robot, and not the driver. After each fault that ended the robot moved
+again within {BACK:g} s, in all trials but those that a cell names. Late commands must
+not move the robot."""
 
 
-DEVICES = f"""The same faults, and the drivers that ship, each with an emulator of its
-device. A Dynabot's servos have a watchdog of their own. A Create 2 and the first
-firmware of the Woodbot have none: a process of its own holds their port
-([how](hardware.md#a-device-without-a-watchdog)), and counts as *told*. The Woodbot's
-own firmware is on an open fabric, without a host, and commanded by a program outside.
-The limit is {LIMIT} s again."""
+DEVICES = f"""The same faults, with the drivers that ship and emulated devices. Servos
+of a Dynabot have a watchdog of their own. A Create 2 and the first firmware of the
+Woodbot have none: [another process holds their
+port](hardware.md#a-device-without-a-watchdog). The Woodbot's own firmware is on an
+open fabric, and a program commands it. The limit is {LIMIT} s."""
+
+
+def _table(found: Sequence[Found], columns: dict[str, str], robots: bool) -> str:
+    """One row for each fault, one column for each place or robot."""
+    rows: dict[str, dict[str, str]] = {}
+    for one in found:
+        column = one.robot if robots else one.place
+        rows.setdefault(one.row.title, {})[column] = one.cell()
+    lines = [
+        [title, *(row.get(name, "") for name in columns)] for title, row in rows.items()
+    ]
+    return table(["fault", *columns.values()], lines)
 
 
 def devices(found: Sequence[Found]) -> Section:
-    """What docs/reliability.md says of the robots of a class."""
-    lines = table(["fault", "robot", *HEAD[2:]], [one.cells() for one in found])
+    """Return the section of docs/reliability.md on the robots of a class."""
+    columns = {name: robot.title for name, robot in ROBOTS.items() if robot.emulated}
+    lines = _table(found, columns, robots=True)
     return Section("devices", "The same for the devices of a class", DEVICES, lines)
 
 
 def section(found: Sequence[Found]) -> Section:
-    """What docs/reliability.md says."""
-    lines = table(HEAD, [one.cells() for one in found])
+    """Return the section of docs/reliability.md on one robot in three places."""
+    lines = _table(found, ROUTERS, robots=False)
     return Section(
         "standstill", "Seconds until a driven robot stands still", TEXT, lines
     )

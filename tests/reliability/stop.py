@@ -94,10 +94,10 @@ def _last(scene: Scene, begun: float) -> float:
 
 HEAD = ["where", "p50 [ms]", "p99 [ms]", "worst [ms]", "trials", "p99 in goal"]
 TEXT = f"""{ROBOTS} driven robots in {HOSTS} hosts on one router, each behind a serial
-line, told to move 20 times a second. From the moment before a program on another
-machine puts STOP, until the last one stands still (by the log of the devices) and
-goes on standing for {STANDS} s. The goal is {GOAL * 1000:.0f} ms for 99 of 100. Delay
-and loss are those of each link to the router, one way; a STOP takes two of them."""
+line, get a command 20 times a second. The time is from the moment before a program on
+another machine puts STOP, until the last robot stands still and goes on standing for
+{STANDS} s. The goal is {GOAL * 1000:.0f} ms for 99 of 100. Delay and loss are those
+of each link to the router, one way; a STOP takes two of them."""
 
 
 def section(found: Sequence[Found]) -> Section:

@@ -175,6 +175,19 @@ def test_a_table_without_an_end_is_refused(tmp_path: Path) -> None:
     assert "what is mine?" in path.read_text("utf-8")
 
 
+def test_cells_that_were_not_measured_are_kept(tmp_path: Path) -> None:
+    path = tmp_path / "page.md"
+    path.write_text("# A page\n", encoding="utf-8")
+    old = page.table(["fault", "one", "two"], [["a", "1", "2"], ["b", "3", "4"]])
+    page.write(path, page.Section("x", "First", "Old.", old))
+    new = page.table(["fault", "one", "two"], [["b", "", "5"], ["c", "6", ""]])
+    section = page.Section("x", "First", "New.", new)
+    rows = page.mend(path, section, placed=True).lines.splitlines()[2:]
+    assert rows == ["| a | 1 | 2 |", "| b | 3 | 5 |", "| c | 6 |  |"]
+    rows = page.mend(path, section, placed=False).lines.splitlines()[2:]
+    assert rows == ["| a | 1 | 2 |", "| b |  | 5 |", "| c | 6 |  |"]
+
+
 def echoes(rig: Rig, address: str) -> int:
     """How many of 20 UDP packets from `other` to this address come back."""
     words = network.PROBE, "udp", address, 20, 0.01

@@ -1,12 +1,11 @@
-"""The pictures and the tables of docs/robots.md: `python -m tests.robots.gallery`.
+"""The robots of docs/robots.md: `python -m tests.robots.gallery`.
 
-The pictures are kept with the page; the tables are tested.
+The pictures are kept with the page; the texts are tested.
 """
 
 from __future__ import annotations
 
 import inspect
-import re
 import sys
 from collections.abc import Iterator
 
@@ -22,7 +21,7 @@ from tests.robots.drawing import draw
 
 PAGE = ROOT / "docs" / "robots.md"
 PICTURES = ROOT / "docs" / "robots"
-BEGIN, END = "<!-- from here on: python -m tests.robots.gallery -->", "<!-- end -->"
+BEGIN, END = "<!-- python -m tests.robots.gallery -->", "<!-- end -->"
 
 
 def names() -> list[str]:
@@ -38,46 +37,39 @@ def made(name: str) -> Definition:
     return cls(name)
 
 
-def tables(name: str) -> Iterator[str]:
-    """What the page says of a robot, from the definition itself."""
-    (part,) = by_name("definition")[name]
-    plain = about(part)
-    yield f"## {name}\n"
-    yield f"![{name}](robots/{name}.png)\n"
-    yield plain["doc"] + "\n"
-    yield "| parameter | default | unit | what it is, and its source |"
-    yield "|---|---|---|---|"
-    for path, field in plain["parameters"].items():
-        default = f"{field['default']:.6g}"
-        yield f"| `{path}` | {default} | {field['unit']} | {field['doc']} |"
-    yield "\n| port | field | unit | range | what it is |\n|---|---|---|---|---|"
-    for port in ("command", "state", "sensors"):
-        fields = plain["ports"].get(port, {}).get("fields", {})
-        rows: dict[tuple[str, ...], list[str]] = {}
-        for path, field in fields.items():
-            span = " to ".join(f"{end:.4g}" for end in field.get("range", ()))
-            unit = field["unit"] or field["type"].replace("float", "")
-            # What is alike but for a number, sonar/0 to sonar/15, shares a row.
-            alike = re.sub(r"\d+$", "", path) if path[-1].isdigit() else path
-            rows.setdefault((alike, unit, span, field["doc"]), []).append(path)
-        for (_, unit, span, doc), paths in rows.items():
-            called = " to ".join(
-                f"`{path}`" for path in dict.fromkeys(paths[:: len(paths) - 1 or 1])
-            )
-            yield f"| {port} | {called} | {unit} | {span} | {doc} |"
+def rows() -> Iterator[str]:
+    """The lines of the page, from the definitions themselves."""
+    yield "| name | picture | what it is |\n|---|---|---|"
+    for name in names():
+        (part,) = by_name("definition")[name]
+        first = " ".join(about(part)["doc"].partition("\n\n")[0].split())
+        yield f"| `{name}` | ![{name}](robots/{name}.png) | {first} |"
+    yield "\nTheir noise, on request, in the units of the fields:\n"
+    yield "| robot | standard deviation, steps |\n|---|---|"
+    for name in names():
+        robot = made(name)
+        if isinstance(robot, Noised) and not inherited(robot):
+            yield f"| `{name}` | {noise(robot)} |"
     yield ""
-    robot = made(name)
-    if isinstance(robot, Noised):
-        yield from noise(robot)
 
 
-def noise(robot: Noised) -> Iterator[str]:
+def inherited(robot: Noised) -> bool:
+    """Whether another robot of the page has the same noise."""
+    others = [made(name) for name in names()]
+    return any(
+        isinstance(other, Noised)
+        and other is not robot
+        and type(other) in type(robot).__mro__[1:]
+        and other.noise() == robot.noise()
+        for other in others
+    )
+
+
+def noise(robot: Noised) -> str:
     """How far its sensors are from the truth, and where that is known from."""
-    words = inspect.cleandoc(robot.noise.__doc__ or "").partition("\n\n")[2]
-    yield f"Noise, on request. {words or 'Nothing is known of it.'}\n"
-    rows = [f"| `{path}` | {said(one)} |" for path, one in robot.noise().items()]
-    if rows:
-        yield from ("| noise of | standard deviation, steps |", "|---|---|", *rows, "")
+    doc = inspect.cleandoc(robot.noise.__doc__ or "").partition("\n\n")[2]
+    listed = [f"`{path}`: {said(one)}" for path, one in robot.noise().items()]
+    return " ".join([*doc.split(), "; ".join(listed)]).strip() or "not known"
 
 
 def said(noise: Noise) -> str:
@@ -91,10 +83,11 @@ def said(noise: Noise) -> str:
 
 
 def page() -> str:
-    """docs/robots.md, its tables as the definitions are now."""
-    before = PAGE.read_text(encoding="utf-8").partition(BEGIN)[0]
-    robots = "\n".join(line for name in names() for line in tables(name))
-    return f"{before}{BEGIN}\n\n{robots}\n{END}\n"
+    """docs/robots.md, its robots as the definitions are now."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
+    robots = "\n".join(rows())
+    return f"{before}{BEGIN}\n\n{robots}\n{END}{after}"
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""docs/robots.md: its tables are the definitions', and its pictures can be drawn."""
+"""docs/robots.md: its texts are the definitions', and its pictures can be drawn."""
 
 from __future__ import annotations
 

@@ -200,13 +200,14 @@ def test_who_one_is(router: Class, anna: Session, teacher: Session) -> None:
         check_sees(anna.on("team10"))
     assert str(caught.value) == (
         f"{start}, which has the fabrics 'team1' and 'team1-...', and a look at "
-        "'rems'; 'team10' is another's."
+        "'rems'; 'team10' is another's: give --fabric team1."
+        " (R0609)"
     )
     with pytest.raises(FabricError) as caught:
         check_member(anna.on("team2"))
     assert str(caught.value) == (
         f"{start}: the fabrics 'team1' and 'team1-...' are yours, and 'team2' is "
-        "another's. Type: --fabric team1"
+        "another's. Type: --fabric team1 (R0609)"
     )
     with pytest.raises(FabricError, match="'rems' is the whole class's: read there"):
         check_member(anna)

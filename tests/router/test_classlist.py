@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.classlist import load_class, slips_of, typed
 from rems_net.router.gate.users import OWNER
 from tests.router.conftest import NAMES
@@ -92,8 +92,8 @@ def test_slips_that_cannot_be_kept(names: Path) -> None:
         ),
         (
             "",
-            "FILE has nobody in it; expected the columns name and team, and below them "
-            "a line for each user, such as: Anna Berg,team1",
+            "FILE has no names in it; expected the columns name and team, and below "
+            "them a line for each user, such as: Anna Berg,team1",
         ),
         (
             "name,team,team\nAnna,a,b\n",
@@ -116,13 +116,13 @@ def test_slips_that_cannot_be_kept(names: Path) -> None:
         ),
         (
             "name,team\nAnna,a\nanna,b\n",
-            "FILE: lines 2 and 3 are both the user 'anna'; tell them apart, such as by "
-            "an initial.",
+            "FILE: lines 2 and 3 are both the user 'anna'; write an initial "
+            "behind one of the names.",
         ),
         (
             "name,team\nTeacher,a\n",
             "FILE: line 2 and the teacher (team 'teachers') are both the user "
-            "'teacher'; tell them apart, such as by an initial.",
+            "'teacher'; write an initial behind one of the names.",
         ),
         (
             "name,team\nAnna,lab\nBen,lab-2\n",
@@ -146,7 +146,7 @@ def test_a_list_that_is_none(names: Path, text: str, sentence: str) -> None:
     names.chmod(0o600)
     with pytest.raises(FabricError) as caught:
         load_class(names, "rems")
-    assert str(caught.value) == sentence.replace("FILE", str(names))
+    assert uncoded(caught.value) == sentence.replace("FILE", str(names))
     assert not slips_of(names).exists()
 
 

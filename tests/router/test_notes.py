@@ -114,7 +114,11 @@ def test_a_note_that_is_a_link_or_a_pipe_is_not_believed(tmp_path: Path) -> None
         f"yours has left. Type: rm {note}"
     )
     done = rems("stop")
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"rems: {sentence}\n")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        2,
+        "",
+        f"rems: {sentence} (R0612)\n",
+    )
     assert note.is_symlink()
     note.unlink()
     os.mkfifo(note)  # opening one waits for its writer, unless told not to
@@ -149,7 +153,7 @@ def test_a_folder_that_is_not_ours_alone(
     assert f"{mine}, where the notes of running routers are, {what}" in done.stderr
     assert done.stderr.count("\n") == 1
     if how == "mode":
-        assert f"type: chmod 700 {mine}\n" in done.stderr
+        assert f"type: chmod 700 {mine} (R0612)\n" in done.stderr
         mine.chmod(0o700)
         assert "No fabric 'rems' is running" in rems("list").stderr
 
@@ -169,7 +173,8 @@ def test_another_user_cannot_point_stop_elsewhere(shared: Path, listener: str) -
         assert done.stderr == (
             f"rems: {mine}, where the notes of running routers are, belongs to "
             f"another user (number {OTHER}); expected a folder of yours alone. Set "
-            "XDG_RUNTIME_DIR to a folder of your own.\n"
+            "XDG_RUNTIME_DIR to a folder of your own."
+            " (R0612)\n"
         )
     assert note.exists()
 
@@ -183,7 +188,8 @@ def test_a_note_of_another_user_is_not_believed(listener: str) -> None:
     assert done.stderr == (
         f"rems: {note} belongs to another user (number {OTHER}), so it is not "
         "believed; expected a note that a run of yours has left. "
-        f"Type: rm {note}\n"
+        f"Type: rm {note}"
+        " (R0612)\n"
     )
     assert note.exists()
 

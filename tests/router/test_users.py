@@ -169,16 +169,17 @@ def test_a_wrong_name_or_password(router: str, user: str, password: str) -> None
     assert refusal(link) == (
         f"The router at {router} does not let {user!r} in: the name or the password is "
         "wrong; type `rems router use` with --user once more, or set REMS_USER and "
-        "REMS_PASSWORD to yours. If it lets everybody in, forget them: rems router "
-        "forget, or unset REMS_USER REMS_PASSWORD"
+        "REMS_PASSWORD to yours. If it is open, forget them: rems router forget, "
+        "or unset REMS_USER REMS_PASSWORD"
+        " (R0606)"
     )
 
 
 def test_no_name(router: str) -> None:
     assert refusal(Link(router, timeout=0.3)) == (
         f"Something listens at {router}, but does not let this program in. A router "
-        "with a class list wants to know who comes: type `rems router use` with "
-        "--user NAME, or set REMS_USER and REMS_PASSWORD to yours."
+        "with a class list needs your name: type `rems router use` with "
+        "--user NAME, or set REMS_USER and REMS_PASSWORD to yours. (R0606)"
     )
 
 
@@ -234,10 +235,10 @@ def test_a_guest_runs_nothing(router: str, tmp_path: Path, verb: str) -> None:
     done = rems(tmp_path, *words, **known)
     assert done.returncode == 2
     assert done.stderr == (
-        f"rems: 'team1' is a guest of the router at {router}: he may read everything, "
-        "command robots, and stop them, and no more. Set REMS_USER and "
+        f"rems: 'team1' is a guest of the router at {router}: guests may read "
+        "everything, command robots, and stop them, and no more. Set REMS_USER and "
         "REMS_PASSWORD to those of a member, or use a router of your own (unset "
-        "REMS_ROUTER).\n"
+        "REMS_ROUTER). (R0609)\n"
     )
 
 
@@ -246,5 +247,6 @@ def test_a_user_without_a_password(tmp_path: Path, router: str) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         "rems: REMS_USER is set, and REMS_PASSWORD is not. Set both, for a router that "
-        "was started with --users, or neither.\n"
+        "was started with --users, or neither."
+        " (R0606)\n"
     )

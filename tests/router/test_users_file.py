@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.errors import FabricError
+from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.users import load
 from tests.agents.runs import free_port
 from tests.commands import environment
@@ -65,7 +65,7 @@ unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode 
         ),
         (
             '[members]\nanna = "secret heron"\n[guests]\nanna = "secret heron"\n',
-            "FILE: 'anna' is in two tables; expected one.",
+            "FILE: 'anna' is in two tables; expected one. Remove one of its lines.",
         ),
         (
             '[guests]\nanna = "secret heron"\n',
@@ -81,7 +81,7 @@ def test_a_broken_file(tmp_path: Path, text: str, sentence: str) -> None:
     path.chmod(0o600)
     with pytest.raises(FabricError) as caught:
         load(path)
-    assert str(caught.value) == sentence.replace("FILE", str(path))
+    assert uncoded(caught.value) == sentence.replace("FILE", str(path))
     assert not re.search("geheim|secret|12345678", str(caught.value))
 
 
@@ -134,7 +134,8 @@ def test_a_file_that_others_can_read(file: Path) -> None:
         2,
         "",
         f"{file} holds passwords, and other users of this machine can use it (mode "
-        f"644). Type: chmod 600 {file}\n",
+        f"644). Type: chmod 600 {file}"
+        " (R0608)\n",
     )
 
 
@@ -143,5 +144,5 @@ def test_a_file_that_is_not_there(file: Path) -> None:
     assert router_says("--users", str(wrong)) == (
         2,
         "",
-        f"There is no file {wrong}. Did you mean 'users.toml'?\n",
+        f"There is no file {wrong}. Did you mean 'users.toml'? (R0608)\n",
     )

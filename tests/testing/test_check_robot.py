@@ -103,7 +103,7 @@ def test_raises_with_the_whole_report() -> None:
         check_robot(Cart, robots.Hasty, alone=True)
     said = str(told.value)
     assert said.startswith("Cart done by Hasty\n  built ")
-    assert said.splitlines()[-1].endswith(" checks found something wrong.")
+    assert said.splitlines()[-1].endswith(" checks found something wrong. (R0316)")
     assert max(map(len, said.splitlines())) <= 79
     assert check_robot(Cart, Good, alone=True).ok
 

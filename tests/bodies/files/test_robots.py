@@ -9,6 +9,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.robot import Definition, Driver, Robot
+from rems_net.bodies import Driven, Model
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.testing import check_robot
@@ -18,6 +19,7 @@ from tests.robots.moving import obey, running
 
 Engine = type[Driver]
 DT = 0.05
+SLIPS = {"caster": 0.0}
 
 
 def limb(folder: Path, kind: str) -> type[Definition]:
@@ -122,3 +124,39 @@ def test_a_cart_drives(engine: Engine, tmp_path: Path) -> None:
         assert robot.state["y"] == pytest.approx(0.0, abs=0.01)
         robot.reset()
         assert go(robot) == first
+
+
+class Drafted(Cart):
+    """The cart with the motors of a draft."""
+
+    def body(self) -> Model:
+        more: dict[str, Any] = {"droop": 2.0, "armature": 0.0005}
+        wheels = (Driven("left", **more), Driven("right", **more))
+        return Model(self.file, wheels, super().body().sensors, friction=SLIPS)
+
+
+@needs("mujoco")
+@needs("pybullet")
+def test_engines_differ_only_where_wheels_slip(tmp_path: Path) -> None:
+    """A jump of the speed makes wheels slip, in each engine otherwise; a ramp does not.
+
+    The numbers of docs/ros.md.
+    """
+    kind = made(Drafted, written(tmp_path, "cart.urdf", CART))
+
+    def gone(engine: Engine, ramp: float) -> list[float]:
+        """How far it goes until 0.5 s, and in the next second, m."""
+        with running(kind, engine) as robot:
+            places = []
+            for n in range(1, 76):
+                speed = 6.25 * min(1.0, n * 0.02 / ramp if ramp else 1.0)
+                obey(robot, {"left": speed, "right": speed}, 0.02)
+                places.append(float(robot.state["x"]))
+        return [places[24], places[-1] - places[24]]
+
+    for engine in (Mujoco, Pybullet):
+        start, on = gone(engine, 0.0)
+        assert 0.1 < start < 0.12  # of 0.125 m
+        assert on == pytest.approx(0.25, abs=5e-4)
+        # 1.5 s at 0.25 m/s, less what is missing in the ramp
+        assert sum(gone(engine, 0.5)) == pytest.approx(0.315, abs=1e-3)

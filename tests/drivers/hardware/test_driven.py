@@ -15,7 +15,7 @@ import pytest
 from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.driven import Driven
-from rems_net.errors import AgentError, RemsError, SchemaError
+from rems_net.errors import AgentError, RemsError, SchemaError, uncoded
 from rems_net.testing.checks.standing import Guard
 from tests.agents.runs import until
 from tests.drivers import alone
@@ -144,7 +144,7 @@ def test_a_mistake_of_the_driver_ends_it_standing(
         with pytest.raises((Exception, SystemExit)) as caught:
             keep(robot, lambda: False, 5)
         assert not isinstance(caught.value, AssertionError)
-        assert re.fullmatch(sentence, str(caught.value), re.DOTALL), caught.value
+        assert re.fullmatch(sentence, uncoded(caught.value), re.DOTALL), caught.value
         until(lambda: not device_threads())
         assert device.speed == 0.0
         robot.close()

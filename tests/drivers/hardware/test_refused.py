@@ -24,7 +24,7 @@ from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.terminal import Terminal
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, uncoded
 from rems_net.robots.create2 import Create2
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.scaler import Scaler
@@ -58,7 +58,9 @@ def refused(port: str, driver: type[Driven] = OpenInterface, **options: Any) -> 
     """What it says instead of opening, with PORT for the port."""
     robot = combine(DEFINITIONS[driver], driver)("b", options={"port": port} | options)
     robot.prepare()
-    return refusal(robot).replace(port, "PORT")
+    said = refusal(robot).replace(port, "PORT")
+    assert said.endswith(" (R0310)")
+    return uncoded(said)
 
 
 def where_it_is(emulator: Emulator[Any]) -> str:

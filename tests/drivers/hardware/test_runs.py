@@ -17,7 +17,7 @@ import pytest
 
 import rems_net
 from rems_net import Experiment
-from rems_net.errors import AgentError
+from rems_net.errors import AgentError, uncoded
 from rems_net.router.message import pack, pack_stamp
 from tests.agents.runs import Told, relatives, until
 from tests.drivers.hardware.cart import Device
@@ -134,7 +134,7 @@ def test_an_exception_in_the_driver(tmp_path: Path) -> None:
         assert re.fullmatch(
             r"robot/b: ZeroDivisionError: wheels fell off "
             r"\(parts\.py, line \d+, in fail, tick \d+\)",
-            str(caught.value),
+            uncoded(caught.value),
         )
         assert device.speed == 0.0
 

@@ -260,7 +260,7 @@ def test_definitions_that_cannot_be_driven_so() -> None:
             return {}
 
     robot = combine(Rolling, OriginalFirmware)("w", options={"url": "ws://a"})
-    with pytest.raises(SchemaError, match="has 'wheel/left' not so"):
+    with pytest.raises(SchemaError, match="has 'wheel/left' without that unit"):
         robot.prepare()
 
 

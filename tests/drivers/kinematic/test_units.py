@@ -9,7 +9,7 @@ import pytest
 
 from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.defdict import DefDict, Field, angle, angular_velocity, length, velocity
-from rems_net.errors import RemsError
+from rems_net.errors import RemsError, uncoded
 from rems_net.units import deg, s
 
 Rates = Callable[[DefDict, DefDict], dict[str, Any]]
@@ -64,7 +64,7 @@ def test_a_plain_number_that_could_be_either(
     with pytest.raises(RemsError) as caught:
         lab.check()
     assert "Cart.derivative (test_units.py, line" in str(caught.value)
-    assert str(caught.value).endswith(f"returns 0.0 {sentence}")
+    assert uncoded(caught.value).endswith(f"returns 0.0 {sentence}")
 
 
 @pytest.mark.parametrize(

@@ -348,7 +348,7 @@ def test_a_library_that_is_not_installed_is_named(
         f"The driver {name} needs the library {name}, which is not installed. Type: "
         f'pip install "rems-net[{name}]"'
     )
-    assert str(caught.value) == (no_wheels(name) or missing)
+    assert str(caught.value) == f"{no_wheels(name) or missing} (R0301)"
 
 
 def test_a_library_that_cannot_be_loaded_says_why(

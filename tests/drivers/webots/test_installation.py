@@ -58,14 +58,14 @@ def test_it_is_nowhere(tmp_path: Path) -> None:
         installed(nowhere, "win32")
     assert str(caught.value) == (
         f"Webots is not installed where it usually is: {tmp_path / 'Webots'}. Install "
-        "it from https://cyberbotics.com, or set WEBOTS_HOME to its folder."
+        "it from https://cyberbotics.com, or set WEBOTS_HOME to its folder. (R0315)"
     )
     with pytest.raises(MissingPartError) as caught:
         installed({"WEBOTS_HOME": str(tmp_path)}, "linux")
     assert str(caught.value) == (
         f"WEBOTS_HOME is {str(tmp_path)!r}, and there is no Webots in that folder "
         "(looked for lib/controller/python). Set it to where Webots is installed, "
-        "such as /usr/local/webots, or unset it."
+        "such as /usr/local/webots, or unset it. (R0315)"
     )
 
 
@@ -117,7 +117,7 @@ def test_a_module_of_that_name_is_in_the_way(tmp_path: Path) -> None:
     assert done.stdout.strip() == (
         f"{tmp_path / 'controller.py'} is in the way: Webots has a module of the name "
         "'controller', too, and Python takes the first one. Give yours another name, "
-        "or, if pip installed it, type: pip uninstall controller"
+        "or, if pip installed it, type: pip uninstall controller (R0302)"
     )
 
 

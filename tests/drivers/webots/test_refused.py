@@ -54,7 +54,7 @@ def test_another_robot_is_there(world: World) -> None:
     assert said.startswith(
         "'e-puck' of Webots has no motor 'motor_r'; it has left wheel motor, "
     )
-    assert said.endswith("is it another robot? Say which by the option robot.")
+    assert said.endswith("is it another robot? Name it by the option robot. (R0315)")
 
 
 def test_its_supervisor_is_false(world: World) -> None:

@@ -96,7 +96,7 @@ def no_engine(one: Experiment) -> None:
         (with_a_host, r"robot 'b': it has a world \('arena'\) and a host.*leave host"),
         (later, r"world 'arena': robot/b comes later.*leave since out"),
         (another_rate, r"robot/a steps at every 1 ticks and robot/b at every 2"),
-        (nobody, r"world 'arena': no robot is in it; say world = 'arena'"),
+        (nobody, r"world 'arena': no robot is in it; write world = 'arena'"),
         (twice, r"world 'arena': there are two worlds named 'arena'"),
         (names_alike, r"world 'arena': two things are called 'ball'"),
         (nameless, r"world 'arena': a thing is called ''; each has a name"),
@@ -158,7 +158,7 @@ ROOM = """<mujoco>
     ("change", "what"),
     [
         (("</body>", ""), r"room.xml is no XML: mismatched tag: line 8"),
-        (("cylinder", "cilinder"), r"does not take .*'cilinder'.*line 6\.$"),
+        (("cylinder", "cilinder"), r"does not take .*'cilinder'.*line 6\. \(R0206\)$"),
         (("<mujoco>", "<robot>"), r"room.xml .*mismatched|begins with <robot>"),
         (('size="0.03 0.04"', ""), r"does not take .*size 0 must be positive.*line 6"),
     ],

@@ -213,5 +213,6 @@ def test_a_robot_that_goes_by_wifi_is_told_of(robot: Robot) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: the robot at {robot.port} goes by Wi-Fi. For the cable, type: "
-        f"rems board provision --port {robot.port} --router cable\n"
+        f"rems board provision --port {robot.port} --router cable"
+        " (R0706)\n"
     )

@@ -76,7 +76,7 @@ def test_a_wrong_password_is_told_as_the_robot_says_it(robot: Robot) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         "rems: lab-net refuses: the password, or the user, is wrong. The robot sees "
-        "it; its settings are as they were. Try again.\n"
+        "it; its settings are as they were. Try again. (R0706)\n"
     )
     assert kept(robot)["password"] == ""
 
@@ -86,7 +86,8 @@ def test_a_network_of_another_security(robot: Robot, ssid: str, password: str) -
     done = rems("--port", robot.port, "--ssid", ssid, password=password)
     assert done.stderr == (
         f"rems: {ssid} has another security: a password is missing, or one "
-        "too many. The robot sees it; its settings are as they were. Try again.\n"
+        "too many. The robot sees it; its settings are as they were. Try again. "
+        "(R0706)\n"
     )
 
 
@@ -94,7 +95,7 @@ def test_a_network_that_is_not_there(robot: Robot) -> None:
     done = rems("--port", robot.port, "--ssid", "lab-nte")
     assert done.stderr == (
         "rems: lab-nte is not to be found here. The robot sees: lab-net, eduroam, "
-        "open-net, Büro. It sees 2.4 GHz only, as every ESP32.\n"
+        "open-net, Büro. It sees 2.4 GHz only, as every ESP32. (R0706)\n"
     )
 
 
@@ -133,7 +134,7 @@ def test_the_robots_own_sentences(robot: Robot) -> None:
     assert (done.returncode, done.stderr) == (
         2,
         "rems: the robot does not take this name: expected 1 to 32 letters, digits, "
-        "'_', '-' or '.', first a letter or a digit\n",
+        "'_', '-' or '.', first a letter or a digit (R0706)\n",
     )
 
 
@@ -176,7 +177,7 @@ def test_the_password_is_not_echoed(robot: Robot) -> None:
         (("--ssid", "x"), "short", "a password of a Wi-Fi network has at least 8"),
         (("--ssid", "x"), "x" * 65, "a password has 64 bytes at most"),
         (("--ssid", ""), SECRET, "a network's name has 1 to 32 bytes"),
-        (("--user", "anna"), SECRET, "--user is of a network: say --ssid too"),
+        (("--user", "anna"), SECRET, "--user is of a network: write --ssid, too"),
         (("--router", "127.0.0.1"), SECRET, "means this laptop only on this laptop"),
         (("--router", "tls/lab-pc"), SECRET, "a robot speaks plain tcp only"),
         (("--router", "a") * 4, SECRET, "a robot remembers 3 routers at most"),
@@ -205,7 +206,7 @@ def test_addresses_for_a_robot() -> None:
 def test_ports_are_listed() -> None:
     done = rems("--name", "w7")
     assert done.returncode == 2
-    assert done.stderr.startswith("rems: at which port? Say --port. There ")
+    assert done.stderr.startswith("rems: the port is missing; write --port. There ")
 
 
 def test_a_port_that_is_not_there() -> None:
@@ -244,4 +245,4 @@ def test_nobody_answers() -> None:
     done = rems("--port", port)
     os.close(master)
     os.close(slave)
-    assert done.stderr.startswith(f"rems: nobody answers at {port}. Is it the Wood")
+    assert done.stderr.startswith(f"rems: no robot answers at {port}. Is it the Wood")

@@ -125,7 +125,7 @@ def test_several_boards(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
         monkeypatch.setattr(module, "ports", lambda: found)
     assert verb._port() == "COM3"
     found.append(ports.Port("COM4", "", True))
-    with pytest.raises(FabricError, match=r"Say --port. There are: COM3, COM4"):
+    with pytest.raises(FabricError, match=r"write --port. There are: COM3, COM4"):
         verb._port()
     del found[0], found[1]
     with pytest.raises(FabricError, match="There is none of USB here"):

@@ -18,8 +18,8 @@ DARK = "000000"
 
 
 def colours() -> dict[str, str]:
-    """The table of robot/lights.c, as control says it: {"STOPPED": "320000"}."""
-    code = (CORE / "robot" / "lights.c").read_text(encoding="utf-8")
+    """The table of robot/leds.c, as control says it: {"STOPPED": "320000"}."""
+    code = (CORE / "robot" / "leds.c").read_text(encoding="utf-8")
     told = re.findall(r"SHOWS\(LIGHTS_(\w+), (\d+), (\d+), (\d+)", code)
     return {name: bytes(map(int, light)).hex() for name, *light in told}
 

@@ -114,7 +114,7 @@ def test_stop_is_a_latch(here: World) -> None:
     until(lambda: [(r.robot, r.stands) for r in fabric.stop()] == stands, LONG)
     assert figures(fabric)["safe"] == "stopped"
     put(fabric.session, command(2.0))
-    assert until(lambda: clock.voice.stops % 2 == 1, LONG)
+    assert until(lambda: clock.broadcaster.stops % 2 == 1, LONG)
     # Its own answer holds beyond the clock.
     asked = fabric.session.ask(fabric.session.key("stop", "@holds"))
     assert any(mail.payload == pack(True) for mail in asked)
@@ -128,7 +128,7 @@ def test_who_was_stopped_before_it_joined_stops_the_clock(here: World) -> None:
     until(lambda: session.who(session.key("robot", "w7", "@alive")), LONG)
     until(lambda: _holds(session), LONG)
     clock = here.clock()
-    until(lambda: clock.voice.stops % 2 == 1, LONG)
+    until(lambda: clock.broadcaster.stops % 2 == 1, LONG)
 
 
 def _holds(session: Session) -> bool:

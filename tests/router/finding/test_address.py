@@ -84,6 +84,7 @@ def test_what_is_none(typed: str) -> None:
         f"{typed!r} is no address of a router; expected what `rems router serve` "
         "prints, such as tcp/192.168.1.20, a name such as lab-pc, or a code such as "
         "30AG-08M6."
+        " (R0604)"
     )
 
 
@@ -94,6 +95,7 @@ def test_a_mistyped_code_is_said() -> None:
         "'30AG-08M7' is no code of a router: a letter or digit of it must be wrong. "
         "Read it once more where `rems router serve` runs; if it is the name of a "
         "machine, type tcp/30AG-08M7."
+        " (R0604)"
     )
 
 

@@ -161,7 +161,10 @@ def test_who_has_not_come_is_named(school: Shared) -> None:
 
 
 def test_a_router_without_users_knows_nobody(router: Shared) -> None:
-    with router.session() as session, pytest.raises(FabricError, match="by name"):
+    with (
+        router.session() as session,
+        pytest.raises(FabricError, match="no list of names"),
+    ):
         people(session)
 
 
@@ -225,6 +228,21 @@ def test_a_stop_that_is_released_is_nobodys(school: Shared) -> None:
         assert who_stopped(anna) is None
         teacher.put("rems/stop", STOP)
         assert until(lambda: who_stopped(anna)).by == "teacher on 127.0.0.1"
+
+
+def test_the_last_one_to_say_stop_is_named(school: Shared) -> None:
+    """A team's fabric is stopped by the team, then by a teacher; and the other way."""
+    with school.session("anna") as anna, school.session("teacher") as teacher:
+        here = anna.on("team1")
+        for last in (teacher, anna):
+            for one in (anna, teacher) if last is teacher else (teacher, anna):
+                one.put("team1/stop", STOP)
+                until(lambda: who_stopped(here))
+            assert here.ask("team1/stop/@release")
+            last.put("team1/stop", STOP)
+            said = until(lambda: who_stopped(here)).by
+            assert said.startswith("teacher" if last is teacher else "anna")
+            assert here.ask("team1/stop/@release")
 
 
 def test_stop_is_not_printed_late(school: Shared) -> None:

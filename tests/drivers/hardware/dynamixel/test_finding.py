@@ -76,7 +76,8 @@ def test_another_model(tmp_path: Path) -> None:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
         LEFT + r" says at 1000000 bits per second that it is XL330-M288 \(model 1200\);"
-        r" expected XL430-W250\. Check, in this order: 1\. which servo .* swapped\.",
+        r" expected XL430-W250\. Check, in this order: 1\. which servo .* swapped\."
+        r" \(R0310\)",
         said,
     ), said
 

@@ -1,0 +1,70 @@
+"""What programs can draw: places, things and robots as plain values."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rems_net import Create2, Woodbot
+from rems_net.agents.robot import combine
+from rems_net.bodies.arena import Wall
+from rems_net.bodies.parts import Box
+from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.engine.scenery import scene_of
+from rems_net.scenes import view
+from rems_net.scenes.scene import Scene, Thing
+
+PLACE = """<mujoco><worldbody>
+  <geom type="plane" size="5 5 0.1"/>
+  <geom type="box" size="1 0.1 0.2" pos="0 2 0.2"/>
+  <body name="crate" pos="1 1 0.1" euler="0 0 90"><freejoint/>
+    <geom type="box" size="0.2 0.1 0.1"/></body>
+</worldbody></mujoco>"""
+
+
+def area(corners: list[list[float]]) -> float:
+    """The area inside, m2; positive if the corners run counter-clockwise."""
+    x, y = np.array(corners).T
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2)
+
+
+def test_a_scene_has_its_walls_and_its_things_in_their_own_frame() -> None:
+    crate = Thing("crate", Box((0.4, 0.2, 0.1)), (1.0, 2.0, 0.05), heading=pi / 2)
+    scene = Scene((Wall((2.0, 0.1, 0.3), (0.0, 1.0, 0.15), 0.0),), (crate,))
+    said = json.loads(json.dumps(view.of_scene(scene)))
+    assert said["radius"] == 0
+    (wall,), (thing,) = said["walls"], said["things"]
+    assert area(wall["outline"]) == pytest.approx(0.2)
+    assert max(x for x, _ in thing["outline"]) == pytest.approx(0.2)
+    assert max(y for _, y in thing["outline"]) == pytest.approx(0.1)
+    assert (thing["at"], thing["solid"]) == ([1, 2, 0.05], {"box": [0.4, 0.2, 0.1]})
+
+
+@pytest.mark.parametrize("definition", [Woodbot, Create2])
+def test_a_robot_has_an_outline_and_an_arena(definition: type[Woodbot]) -> None:
+    robot = combine(definition, Kinematic)("sim")
+    robot.prepare()
+    said = json.loads(json.dumps(scene_of(robot)))
+    assert area(said["outline"]) > 0.005
+    names = {ray["name"] for ray in said["rays"]}
+    assert names <= set(robot.sensors.schema.paths)
+    assert said["solids"]
+
+
+def test_a_place_that_is_a_model_is_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    from rems_net.scenes.model import of_model
+
+    file = tmp_path / "place.xml"
+    file.write_text(PLACE, encoding="utf-8")
+    said = of_model(Scene(mjcf=str(file), bodies=("crate",)))
+    (wall,), (thing,) = said["walls"], said["things"]
+    assert area(wall["outline"]) == pytest.approx(0.4)
+    assert max(y for _, y in wall["outline"]) == pytest.approx(2.1)
+    assert max(x for x, _ in thing["outline"]) == pytest.approx(0.2)
+    assert thing["heading"] == pytest.approx(pi / 2)
+    assert thing["at"] == pytest.approx([1, 1, 0.1])
