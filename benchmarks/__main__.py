@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks import (
-    cells,
+    dashboard,
     driven,
     footprint,
     latency,
@@ -45,9 +45,9 @@ ALL = {
     "load": load.measure,
     "start": start.measure,
     "footprint": footprint.measure,
+    "dashboard": dashboard.measure,
     "size": size.measure,
     "numerics": numerics.measure,
-    "cells": cells.measure,
 }
 
 

@@ -10,8 +10,7 @@ ONE, SHARED, OWN = "1 agent", "100 agents, one host", "100 agents, a process eac
 
 TEXT = """Kinematic Woodbots at 10 ticks per second of real time, the default, without
 commands and watchers. *Start* is from the first line of the script's experiment to the
-first tick: checking, starting processes, joining. Memory is resident memory per agent,
-with pages that processes share counted in each."""
+first tick. Memory is resident memory per agent, with shared pages counted in each."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

@@ -8,12 +8,9 @@ from benchmarks.report import Section, Target, table
 TITLE = "Latency from one agent to another"
 OURS, RAW = "rems_net", "raw zenoh"
 
-TEXT = """Every controller and every recorder uses this path: a robot writes its state,
-and an agent in another process reads that state within the same tick. The robot notes
-the time as it writes; the reader compares as it is stepped. So the latency covers
-checking, encoding, two hops (both are clients of the ticking process), decoding,
-filling the In and being called. 200 ticks per second in real time, as far from
-saturation as a lab is; raw zenoh does the same with two clients and msgpack."""
+TEXT = """A robot writes its state, and an agent in another process reads that state
+within the same tick. The latency covers checking, encoding, two hops, decoding,
+filling the In and being called, at 200 ticks per second of real time."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

@@ -9,17 +9,11 @@ TITLE = "A class at one router"
 RATES = (20, 30, 50, 100)
 
 TEXT = """Thirty processes with two robots each, in real time, and thirty watchers of
-everything: sessions of their own, written with plain zenoh-python, five to a process.
-Each receives every command and state. All of them share this one machine, which a class
-does not.
-
-A ledger, a member of the run, reads every state in lock-step and compares it with its
-tick: *wrong or lost* counts its errors. *Late* is each tick, from the schedule through
-the earliest one, without the time that the clock gave up: a run that is too much for
-the machine becomes slower than real time, and reports it. Watchers get messages that
-can be dropped: `heard` is the part of all values that they received. Above some rate
-ticks/s stay behind the rate asked: late, never wrong. The router and the clock are one
-process; its share of a core and its memory are the last columns."""
+everything, on one machine. *Wrong or lost* counts the errors of a member that reads
+every state. *Late* is each tick, from the schedule. A run that is too much for the
+machine becomes slower than real time, and reports it. `heard` is the part of all
+values that watchers received. The last columns are of the router and the clock, which
+are one process."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

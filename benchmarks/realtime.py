@@ -9,15 +9,9 @@ TITLE = "Real time at 1 kHz"
 OURS, BARE, WAITING = "rems_net", "bare loop", "bare loop that waits"
 
 TEXT = """Ten seconds at `pace=1`, `dt="1 ms"`, with one robot in a process of its own
-that answers every tick. The bare loop sleeps until start + n dt, puts a tick with plain
-zenoh-python to one such process, and never waits for its answer. The one that waits
-does, as lock-step must. Its loss against the bare loop is that of any clock that waits
-for the tick before.
-
-Lateness is of the moment at which a tick is put, from the schedule through the earliest
-one. Lost counts ticks not put and answers not received. Drift is the median lateness of
-the last second minus that of the first. Neither has real-time priority, and the machine
-was not idle: see p99 of the bare loop."""
+that answers every tick. The bare loop puts a tick with plain zenoh-python, and does
+not wait for the answer; the other one does. Lateness is of the moment at which a tick
+is put. Drift is the median lateness of the last second minus that of the first."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

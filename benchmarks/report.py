@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -17,16 +18,17 @@ MARK = "<!-- benchmark: {} -->"
 
 HEAD = """# Performance
 
-`python -m benchmarks` measures this and writes this page; nothing here is typed by
-hand. Figures differ from machine to machine, so ratios count: of programs that ran in
-turn, within the same minute, each in fresh processes. Every ratio is the median of its
-pairs of neighbouring runs, with the smallest and the largest. Each section ends with
-the versions that were installed.
+`python -m benchmarks` measures how fast rems_net is, beside others, and writes this
+page. Ratios count, since figures differ from machine to machine. A ratio is of programs
+that ran in turn, each in fresh processes: the median of neighbouring runs, with the
+smallest and the largest.
 
-    pip install -e '.[bench,plot]'
-    python -m benchmarks                      # all of it, about half an hour
-    python -m benchmarks lockstep --repeats 9
-    python -m benchmarks --quick              # does it run? writes nothing
+```text
+pip install -e '.[bench,plot]'
+python -m benchmarks                      all of it, about half an hour
+python -m benchmarks lockstep --repeats 9
+python -m benchmarks --quick              does it run? writes nothing
+```
 """
 
 
@@ -46,10 +48,12 @@ class Target:
             return self.found.median >= self.bound
         return self.found.median <= self.bound
 
-    def row(self) -> list[str]:
-        sign = ">=" if self.at_least else "<="
-        answer = "yes" if self.reached else "**no**"
-        return [self.what, f"{sign} {self.bound:g}", self.found.show(self.form), answer]
+    def show(self) -> str:
+        sign = "at least" if self.at_least else "at most"
+        missed = "" if self.reached else ", **missed**"
+        return (
+            f"{self.what} {sign} {self.bound:g}: {self.found.show(self.form)}{missed}"
+        )
 
 
 @dataclass
@@ -62,10 +66,10 @@ class Section:
     targets: list[Target] = field(default_factory=list)
 
     def show(self) -> str:
-        parts = [MARK.format(self.name), f"## {self.title}", *self.text]
+        parts = [f"{MARK.format(self.name)}\n## {self.title}", *self.text]
         if self.targets:
-            rows = [t.row() for t in self.targets]
-            parts.append(table(["target", "", "median (min to max)", "reached"], rows))
+            listed = "; ".join(target.show() for target in self.targets)
+            parts.append(textwrap.fill(f"Targets, median (min to max): {listed}.", 98))
         parts.append(f"*{machine()}*")
         return "\n\n".join(parts) + "\n"
 

@@ -24,9 +24,8 @@ LOOKS = {
 }
 
 TEXT = """Ticks per second of lock-step runs of 1 to 1000 agents: small robots in a
-process each, and kinematic Woodbots in two hosts. Watched means that every state is put
-on its own key and received by one subscriber (for two hosts: in a process of its own).
-Lines go from the slowest to the fastest run."""
+process each, and kinematic Woodbots in two hosts. Watched: every state is put on its
+own key and received by one subscriber. Lines go from the slowest to the fastest run."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell, folder: Path) -> Section:

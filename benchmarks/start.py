@@ -8,11 +8,9 @@ from benchmarks.report import Section, Target, table
 TITLE = "A short run, from the command to its end"
 PROCESSES, DIRECT, NUMPY = "rems run", "rems run --direct", "python -c 'import numpy'"
 
-TEXT = """`rems run weave.py` with the README's first experiment: an input, a cart and a
-recording, {seconds} s of fabric time as fast as possible. Both columns count from the
-moment at which the command is typed, with Python's own start. In processes each agent
-is a process on the fabric; `--direct` steps them in one process and starts no network.
-The floor imports numpy and does nothing else."""
+TEXT = """`rems run weave.py` with the README's first experiment, {seconds} s of fabric
+time as fast as possible. Both columns count from the moment at which the command is
+typed. The floor imports numpy and does nothing else."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

@@ -11,22 +11,11 @@ CROWD, MANY = "watched from apart, as a crowd", "10,000 robots, crowd"
 RAW, RAW_WATCHED = "raw zenoh, unwatched", "raw zenoh, watched"
 RAW_APART = "raw zenoh, watched from apart"
 
-TEXT = """Kinematic Woodbots, each with its own name, keys, command and state, half of
-them in each of two host processes; lock-step.
-
-- *Unwatched*: no program subscribes to the states, so nothing is encoded.
-- *Watched from apart*: every state is put on its own key at every tick. It reaches one
-  subscriber in a process of its own, written with plain zenoh-python, a client of the
-  router like any user's program. The rate counts the states that it received.
-- *As a crowd*: this subscriber takes `robot/@crowd/state`, where each host puts the
-  states of all its robots in one message.
-- *Watched from the clock*: the subscriber is a `Session.watch` in the process that
-  ticks and routes.
-- *Raw zenoh* puts as many states of four numbers from two processes, each at a key of
-  its own, and computes nothing. Its subscriber is in the ticking process or apart.
-
-`Over raw zenoh` compares with the row of the same kind; as a crowd, with raw zenoh
-watched from apart."""
+TEXT = """Kinematic Woodbots, half of them in each of two processes; lock-step.
+*Watched*: every state is put on its own key at every tick, and reaches one subscriber,
+in the ticking process (*from the clock*) or in one of its own (*from apart*). *As a
+crowd*: each host puts the states of all its robots in one message. *Raw zenoh* puts as
+many states, and computes nothing."""
 
 #: what each way of running is compared with
 FLOOR = {UNWATCHED: RAW, APART: RAW_APART, CROWD: RAW_APART, HERE: RAW_WATCHED}
