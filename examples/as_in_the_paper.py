@@ -26,7 +26,7 @@ def run(name: str, robots: dict[str, Any], *, own: bool) -> None:
     for i, (robot, (definition, driver, told)) in enumerate(robots.items()):
         hand = f"hand_{robot}" if own else "hand"
         if own or i == 0:
-            lab.input(hand, Weave, phase=i, host="hands")
+            lab.input(hand, Weave, options={"phase": i}, host="hands")
         told["command"] = f"input/{hand}"
         lab.robot(robot, definition, driver, **told, host=driver)
     lab.output("log", "csv")

@@ -24,9 +24,11 @@ class FindBall(Process):
 lab = Experiment("find_ball", dt="0.1 s", duration="8 s")
 lab.world(
     "arena",
-    size=[1.2, 1.0],
-    balls=[{"name": "ball", "radius": "3 cm", "x": 0.4, "y": 0.2}],
-    boxes=[{"name": "crate", "size": [0.06, 0.06, 0.06], "x": -0.3, "y": 0.3}],
+    options={
+        "size": [1.2, 1.0],
+        "balls": [{"name": "ball", "radius": "3 cm", "x": 0.4, "y": 0.2}],
+        "boxes": [{"name": "crate", "size": [0.06, 0.06, 0.06], "x": -0.3, "y": 0.3}],
+    },
 )
 lab.process("eyes", FindBall, sensors="robot/bot/sensors")
 lab.robot(

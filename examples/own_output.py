@@ -14,7 +14,7 @@ class Say(Output):
 
 
 lab = Experiment("say", duration="5 s", folder=Path(__file__).parent)
-lab.input("keys", "csv", file="keys.csv")
+lab.input("keys", "csv", options={"file": "keys.csv"})
 lab.robot("sim", "woodbot", "kinematic", command="input/keys")
 lab.output("mouth", Say, state="robot/sim/state")
 lab.run()

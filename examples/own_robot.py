@@ -16,7 +16,7 @@ class Cart(Definition):
 
 
 lab = Experiment("cart", duration="5 s", folder=Path(__file__).parent)
-lab.input("keys", "csv", file="cart.csv")
+lab.input("keys", "csv", options={"file": "cart.csv"})
 lab.robot("cart", Cart, "kinematic", command="input/keys", initial={"x": "-50 cm"})
 lab.output("log", "csv")
 lab.run()

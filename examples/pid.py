@@ -40,7 +40,7 @@ class Pid(Process):
 
 lab = Experiment("pid", dt="20 ms", duration="20 s")
 for name, i in (("pd", 0.0), ("pid", 1.0)):  # without the integral the wind wins
-    lab.process(name, Pid, state=f"robot/{name}/state", i=i)
+    lab.process(name, Pid, state=f"robot/{name}/state", options={"i": i})
     lab.robot(name, Cart, "kinematic", command=f"process/{name}")
 lab.output("log", "csv")
 lab.run()

@@ -14,7 +14,7 @@ from rems_net import Experiment
 lab = Experiment(
     "real", dt="20 ms", pace=1.0, fabric="real", folder=Path(__file__).parent
 )
-lab.input("keys", "csv", file="keys.csv")
+lab.input("keys", "csv", options={"file": "keys.csv"})
 for driver in ("kinematic", "mujoco", "pybullet"):
     if driver == "kinematic" or find_spec(driver):  # those that are installed
         lab.robot(driver, "woodbot", driver, command="input/keys")

@@ -21,7 +21,7 @@ class Referee(Process):
 
 
 lab = Experiment("referee", duration="5 s", folder=Path(__file__).parent)
-lab.input("keys", "csv", file="keys.csv")
+lab.input("keys", "csv", options={"file": "keys.csv"})
 lab.robot("racer", Racer, "kinematic", command="input/keys")
 lab.process("referee", Referee, racer="robot/racer/state")
 lab.output("log", "csv")

@@ -3,7 +3,7 @@
 from rems_net import Experiment
 
 lab = Experiment("lab", dt="0.1 s", duration="10 s")
-lab.input("keys", "csv", file="keys.csv")
+lab.input("keys", "csv", options={"file": "keys.csv"})
 lab.robot("model", "woodbot", "kinematic", command="input/keys")
 lab.output("log", "csv")
 lab.run()

@@ -186,7 +186,8 @@ def test_a_shared_world(tmp_path: Path) -> None:
                 assert "pose/heading" in done.stdout
     (tmp_path / "room.xml").write_text(blocks(page, "xml")[0])
     (tmp_path / "room.toml").write_text(
-        '[experiment]\nduration = "1 s"\n[[world]]\nname = "room"\nmjcf = "room.xml"\n'
+        '[experiment]\nduration = "1 s"\n[[world]]\nname = "room"\n'
+        'options.mjcf = "room.xml"\n'
         '[[robot]]\nname = "a"\ndefinition = "woodbot"\ndriver = "mujoco"\n'
         'world = "room"\n'
     )

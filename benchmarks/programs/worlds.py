@@ -31,7 +31,7 @@ def experiment(robots: int, ticks: int, steps: int) -> Experiment:
     dt = steps * STEP
     lab = Experiment("worlds", dt=dt, duration=ticks * dt, record=False)
     wide = ceil(sqrt(robots))
-    lab.world("floor", size=[APART * (wide + 2)] * 2)
+    lab.world("floor", options={"size": [APART * (wide + 2)] * 2})
     for i in range(robots):
         x, y = (APART * (n - (wide - 1) / 2) for n in divmod(i, wide))
         place = {"x": x, "y": y}

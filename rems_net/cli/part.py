@@ -110,7 +110,7 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
 
 def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
     """Yield how to use it, in a file and in Python."""
-    options: list[str] = []
+    options: dict[str, str] = {}
     if part.kind in ("definition", "driver"):
         own = part.kind == "driver" and part.name in parts.by_name("definition")
         # a device's driver is used with its robot
@@ -118,10 +118,10 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
         words = {"definition": robot, "driver": "kinematic", part.kind: part.name}
         table = {"name": "my_robot", **words}
         head, call = "robot", [f'"{word}"' for word in table.values()]
-        options = _to_be_said(cls) if part.kind == "driver" else []
+        options = _to_be_said(cls) if part.kind == "driver" else {}
     elif part.kind == "world":
-        table = {"name": "arena", "radius": "1 m"}
-        head, call = "world", ['"arena"', 'radius="1 m"']
+        table, options = {"name": "arena"}, {"radius": "1 m"}
+        head, call = "world", ['"arena"']
     else:
         table = {"name": f"my_{part.kind}", "type": part.name}
         head, call = part.kind, [f'"{word}"' for word in table.values()]
@@ -130,23 +130,23 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
             for port, i in cls.ins().items()
             if not i.source
         }
-        more |= dict.fromkeys(_to_be_said(cls), "...")
+        options = _to_be_said(cls)
         table |= more
         call += [f'{word}="{value}"' for word, value in more.items()]
     lines = [f"[[{head}]]", *(f'{key} = "{value}"' for key, value in table.items())]
     if options:
-        toml = ", ".join(f'{option} = "..."' for option in options)
-        python = ", ".join(f'"{option}": "..."' for option in options)
+        toml = ", ".join(f'{word} = "{value}"' for word, value in options.items())
+        python = ", ".join(f'"{word}": "{value}"' for word, value in options.items())
         lines.append(f"options = {{ {toml} }}")
         call.append(f"options={{{python}}}")
     yield "toml", "\n".join(lines)
     yield "python", f"lab.{head}({', '.join(call)})"
 
 
-def _to_be_said(cls: type[Agent]) -> list[str]:
-    """Return the options without a usable default: empty strings."""
+def _to_be_said(cls: type[Agent]) -> dict[str, str]:
+    """Return the options without a usable default, empty strings, each as "..."."""
     rows = cls.options.schema.rows()
-    return [path for path, f in rows if f.dtype == "str" and not f.default]
+    return {path: "..." for path, f in rows if f.dtype == "str" and not f.default}
 
 
 def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:

@@ -50,7 +50,7 @@ class CsvInput(Input):
         shown = self.options.file
         if not shown:
             raise ExperimentError(
-                'its file is not named; write file = "keys.csv". (R0451)'
+                'its file is not named; write options={"file": "keys.csv"}. (R0451)'
             )
         file = CsvFile(self.folder / shown, shown)
         wanted = _commands(file)

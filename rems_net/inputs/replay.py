@@ -36,7 +36,7 @@ class Values:
         path = agent.folder / (file or ".")
         if not file:
             raise ExperimentError(
-                'its file is not named; write file = "run.mcap". (R0847)'
+                'its file is not named; write options={"file": "run.mcap"}. (R0847)'
             )
         path = path / FILE if path.is_dir() else path
         self.file, self.agent = McapFile(path), key or agent.key

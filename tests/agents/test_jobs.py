@@ -18,7 +18,7 @@ both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process
 
 def lab(what: str, process: bool, ticks: int = 100_000) -> Experiment:
     made = Experiment("jobs", dt=0.001, duration=ticks * 0.001, folder=PARTS, pace=1)
-    made.input("noting", "noting.py:Noting", what=what, process=process)
+    made.input("noting", "noting.py:Noting", options={"what": what, "process": process})
     made.output("counts", "parts.py:Counts")
     made.plans["output/counts"].host = "input/noting"
     return made

@@ -28,7 +28,7 @@ class Hand(Input):
 
 left = float(input("left? "))
 lab = Experiment("lab", duration="1 s")
-lab.input("hand", Hand, left=left)
+lab.input("hand", Hand, options={"left": left})
 lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="rest")
 lab.output("log", "csv", host="rest")
 lab.run()

@@ -116,7 +116,7 @@ class Hand(Input):
 # the name of an option
 for gain in (1, 5):
     lab = Experiment(f"lab{time.time_ns()}", duration="0.3 s")
-    lab.input("hand", Hand, gain=gain, host="a")
+    lab.input("hand", Hand, options={"gain": gain}, host="a")
     lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="a")
     lab.output("log", "csv", host="a")
     lab.run()

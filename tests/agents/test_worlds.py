@@ -56,7 +56,7 @@ def lab(folder: Path, driver: str = "mujoco", **more: Any) -> Experiment:
             name, "woodbot", driver, command=command, world="arena", initial=place
         )
     ball = {"name": "ball", "radius": 0.02, "x": 0.1, "mass": 0.01}
-    made.world("arena", radius="0.6 m", balls=[ball])
+    made.world("arena", options={"radius": "0.6 m", "balls": [ball]})
     made.output("log", "csv")
     return made
 
@@ -134,8 +134,8 @@ def test_a_world_is_described_in_a_file_or_in_python(tmp_path: Path) -> None:
 duration = "1 s"
 [[world]]
 name = "arena"
-radius = "60 cm"
-balls = [{ name = "ball", radius = 0.02, x = "10 cm", mass = "10 g" }]
+options.radius = "60 cm"
+options.balls = [{ name = "ball", radius = 0.02, x = "10 cm", mass = "10 g" }]
 [[robot]]
 name = "a"
 definition = "woodbot"
@@ -163,7 +163,7 @@ class Blind(Woodbot):
 def test_who_fails_in_a_world_is_named(tmp_path: Path) -> None:
     (tmp_path / "blind.py").write_text(BLIND)
     made = Experiment("dark", dt=0.05, duration=0.5, folder=tmp_path)
-    made.world("cave", size=[2.0, 1.0])
+    made.world("cave", options={"size": [2.0, 1.0]})
     for x, name in enumerate("abc"):
         place = {"x": 0.5 * x - 0.5}
         made.robot(name, "blind.py:Blind", "kinematic", world="cave", initial=place)

@@ -32,7 +32,7 @@ duration = "1 s"
 [[input]]
 name = "keys"
 type = "csv"
-file = "keys.csv"
+options.file = "keys.csv"
 
 [[robot]]
 name = "model"

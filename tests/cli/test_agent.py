@@ -223,8 +223,13 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
         ),
         (
             ["robot", "woodbot", "kinematic", "--set", "track=1"],
-            "rems: --set track=1: expected parameters.NAME, options.NAME or "
-            "initial.NAME for a robot.",
+            "rems: --set track=1: expected parameters.NAME or options.NAME or "
+            "initial.NAME for this robot, such as --set parameters.track=1",
+        ),
+        (
+            ["input", "csv", "--set", "file=keys.csv"],
+            "rems: --set file=keys.csv: expected options.NAME for this input, such as "
+            "--set options.file=keys.csv",
         ),
         (
             ["input", "csv", "kinematic"],

@@ -27,7 +27,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("film")
     shutil.copy(ROOT / "examples" / "keys.csv", folder)
     lab = Experiment("film", dt="50 ms", duration="2 s", folder=folder)
-    lab.input("keys", "csv", file="keys.csv")
+    lab.input("keys", "csv", options={"file": "keys.csv"})
     for name, y in (("a", 0.0), ("b", 0.4)):
         start = {"y": y}
         lab.robot(name, "epuck", "kinematic", command="input/keys", initial=start)

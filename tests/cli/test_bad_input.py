@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.agents.experiment.file import EXPERIMENT, OTHER, ROBOT
+from rems_net.agents.experiment.file import EXPERIMENT, ROBOT
 from rems_net.agents.registry import BUILT_IN
 from rems_net.cli import main
 from tests.cli.complaint import INPUT, MODEL, complaint
@@ -32,8 +32,7 @@ TOML = [
     (
         "an unknown key of an input",
         ("file =", "fiel ="),
-        f"{INPUT}there is no key 'fiel'; it may have {', '.join(OTHER)}, file. "
-        "Did you mean 'file'?",
+        f"{INPUT}CsvInput.options has no field 'fiel'. Did you mean 'file'?",
     ),
     (
         "an unknown table",
@@ -181,8 +180,8 @@ TOML = [
     (
         "quotes of a word processor",
         ('"keys.csv"', "“keys.csv”"),
-        "lab.toml, line 9, column 8: this is no TOML: Invalid value. Write file = "
-        '"keys.csv".',
+        "lab.toml, line 9, column 16: this is no TOML: Invalid value. Write "
+        'options.file = "keys.csv".',
     ),
     (
         "a decimal comma",

@@ -204,7 +204,7 @@ def test_a_name_of_two_kinds_shows_both(capsys: pytest.CaptureFixture[str]) -> N
     text = said(capsys, "show", "csv")
     assert "csv: input, built-in" in text
     assert "csv: output, built-in" in text
-    assert 'lab.input("my_input", "csv", file="...")' in text
+    assert 'lab.input("my_input", "csv", options={"file": "..."})' in text
     assert "in robots: takes robot/*/* as it is" in text
 
 

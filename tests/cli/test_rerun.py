@@ -74,8 +74,8 @@ def test_wherever_it_was_recorded(tmp_path: Path, spread: str) -> None:
 
 def test_a_world_and_noise(tmp_path: Path) -> None:
     lab = Experiment("places", dt="50 ms", duration="2 s", seed=3, folder=EXAMPLES)
-    lab.input("keys", "csv", file="keys.csv")
-    lab.world("arena", radius="1 m")
+    lab.input("keys", "csv", options={"file": "keys.csv"})
+    lab.world("arena", options={"radius": "1 m"})
     for name, x in (("b", 0.0), ("a", 0.3)):
         lab.robot(
             name,
@@ -102,7 +102,7 @@ def test_a_world_a_process_that_calls_and_a_caller_outside(
 ) -> None:
     """With noise, robots that step seldom and join late, and verbs half-way."""
     lab = Experiment("both", dt="50 ms", duration="2 s", seed=7, folder=PARTS)
-    lab.world("arena", radius="1 m")
+    lab.world("arena", options={"radius": "1 m"})
     for name, x in (("b", 0.0), ("a", 0.3)):
         more: dict[str, Any] = {"options": {"noise": True}, "initial": {"x": x}}
         lab.robot(name, "epuck", "kinematic", world="arena", every=2, **more)
@@ -126,7 +126,7 @@ def test_a_world_a_process_that_calls_and_a_caller_outside(
 @needs("mujoco")
 def test_physics_whose_verb_is_called_half_way(tmp_path: Path) -> None:
     lab = Experiment("thrown", dt="20 ms", duration="1 s", folder=EXAMPLES)
-    lab.input("keys", "csv", file="keys.csv")
+    lab.input("keys", "csv", options={"file": "keys.csv"})
     lab.robot("sim", "woodbot", "mujoco", command="input/keys", since=0.1)
     with lab.engine(tmp_path / "run") as engine:
         engine.step(30)

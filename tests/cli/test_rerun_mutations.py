@@ -4,6 +4,7 @@ agent, the first tick, the field and its unit."""
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -109,7 +110,7 @@ def five(tmp_path_factory: pytest.TempPathFactory) -> Path:
     many(folder)
     lab = Experiment("many", dt="50 ms", duration="1 s", folder=folder)
     for i in range(5):
-        more = (
+        more: dict[str, Any] = (
             {"last": f"{'process' if i > 1 else 'input'}/p{i - 1}/value"} if i else {}
         )
         kind = lab.process if i else lab.input

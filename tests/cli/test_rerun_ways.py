@@ -38,8 +38,8 @@ def ways(folder: Path) -> Experiment:
     (folder / "again_referee.py").write_text(REFEREE, encoding="utf-8")
     shutil.copy(EXAMPLES / "keys.csv", folder)
     lab = Experiment("ways", dt="50 ms", duration="2 s", seed=3, folder=folder)
-    lab.input("keys", "csv", file="keys.csv")
-    lab.world("arena", radius="1 m")
+    lab.input("keys", "csv", options={"file": "keys.csv"})
+    lab.world("arena", options={"radius": "1 m"})
     wheels: dict[str, Any] = {"command": "input/keys", "options": {"noise": True}}
     for name, x in (("a", 0.3), ("b", 0.0)):
         lab.robot(
@@ -112,7 +112,7 @@ def test_an_input_that_plays_a_recording_gives_the_same_bytes(tmp_path: Path) ->
     lab = load(folder / "lab.toml")
     for key in [key for key in lab.plans if key.startswith("input/")]:
         del lab.plans[key]
-        lab.input(key.partition("/")[2], "replay", file=str(first))
+        lab.input(key.partition("/")[2], "replay", options={"file": str(first)})
     again = McapFile(recorded(lab, tmp_path / "b"))
     assert [*again.ticks()] == [*made.ticks()]
 
@@ -141,7 +141,7 @@ def test_a_person_plays_the_recording(tmp_path: Path) -> None:
         assert "input/hand  played  no difference" in done.stdout
         assert "robot/car   recomputed  no difference" in done.stdout
     again = Experiment("hand", dt="50 ms", duration="2 s")
-    again.input("hand", "replay", file=str(tmp_path / "run"))
+    again.input("hand", "replay", options={"file": str(tmp_path / "run")})
     again.robot("car", "pioneer3dx", "kinematic", command="input/hand")
     again.output("rec", "mcap")
     with again.engine(tmp_path / "again") as engine:
@@ -184,6 +184,6 @@ REPLAYS = [
 @pytest.mark.parametrize(("options", "says"), REPLAYS)
 def test_a_replay_of_nothing(three: Path, options: dict[str, str], says: str) -> None:
     lab = Experiment("replay", folder=three, duration="1 s")
-    lab.input("wave", "replay", **options)
+    lab.input("wave", "replay", options=options)
     with pytest.raises(ValueError, match=says):
         lab.check()

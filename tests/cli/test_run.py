@@ -158,7 +158,7 @@ class Faulty(Input):
 def test_an_agent_that_raises(folder: Path, rems: Run) -> None:
     (folder / "faulty.py").write_text(FAULTY)
     lab = folder / "lab.toml"
-    text = together(LAB).replace('type = "csv"\nfile = "keys.csv"', "")
+    text = together(LAB).replace('type = "csv"\noptions.file = "keys.csv"', "")
     lab.write_text(
         text.replace('name = "keys"', 'name = "keys"\ntype = "faulty.py:Faulty"')
     )

@@ -29,22 +29,24 @@ class Weave(Input):
 lab = Experiment("hall", dt="20 ms", duration="600 s", pace=1)
 lab.world(
     "hall",
-    size=[2.4, 1.6],
-    walls=[
-        {"start": [0.2, -0.8], "end": [0.2, -0.2]},
-        {"start": [-0.6, 0.3], "end": [0.0, 0.6]},
-    ],
-    boxes=[
-        dict(name="crate", size=[0.12, 0.12, 0.08], x=0.55, y=0.12, mass=0.05),
-        dict(name="shelf", size=[0.5, 0.1, 0.2], x=-0.8, y=-0.6),
-    ],
-    balls=[{"name": "ball", "radius": 0.05, "x": -0.2, "y": -0.4, "mass": 0.02}],
-    cylinders=[{"name": "drum", "radius": 0.07, "height": 0.15, "x": 0.8, "y": -0.4}],
+    options={
+        "size": [2.4, 1.6],
+        "walls": [
+            {"start": [0.2, -0.8], "end": [0.2, -0.2]},
+            {"start": [-0.6, 0.3], "end": [0.0, 0.6]},
+        ],
+        "boxes": [
+            dict(name="crate", size=[0.12, 0.12, 0.08], x=0.55, y=0.12, mass=0.05),
+            dict(name="shelf", size=[0.5, 0.1, 0.2], x=-0.8, y=-0.6),
+        ],
+        "balls": [dict(name="ball", radius=0.05, x=-0.2, y=-0.4, mass=0.02)],
+        "cylinders": [dict(name="drum", radius=0.07, height=0.15, x=0.8, y=-0.4)],
+    },
 )
 robots = {"alice": ("woodbot", -0.9, 0.1), "bob": ("woodbot", 0.35, 0.1)}
 robots["carol"] = ("epuck", 0.6, -0.55)
 for i, (name, (kind, x, y)) in enumerate(robots.items()):
-    lab.input(f"hand_{name}", Weave, phase=i, host="hands")
+    lab.input(f"hand_{name}", Weave, options={"phase": i}, host="hands")
     lab.robot(
         name,
         kind,

@@ -115,7 +115,7 @@ def test_it_feels_a_wall(driver: Any) -> None:
     found = []
     for others in (0, 1):
         lab = Experiment("bump", dt=DT, duration="1 s")
-        lab.world("arena", **walls)
+        lab.world("arena", options=walls)
         for i in range(1 + others):
             lab.robot(f"e{i}", "epuck", name, world="arena", initial={"y": 0.15 * i})
         agents: dict[str, Any] = dict(lab.check())

@@ -39,7 +39,7 @@ driver = "kinematic"
 [[input]]
 name = "keys"
 type = "csv"
-file = "keys.csv"
+options.file = "keys.csv"
 
 [[robot]]
 name = "led"

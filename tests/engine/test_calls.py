@@ -95,7 +95,7 @@ def test_a_verb_changes_one_of_many_alike() -> None:
 
 def test_the_command_of_the_tick_is_obeyed_after_a_reset() -> None:
     lab = sled(command="process/crowd2")
-    lab.process("crowd2", Referee, sled="robot/a/state", most=0.2)
+    lab.process("crowd2", Referee, sled="robot/a/state", options={"most": 0.2})
     with lab.engine() as engine:
         engine.step(12)
         assert engine["a"].command.speed == 0.9
@@ -151,7 +151,7 @@ LINE = "callers.py, line 99, in step, tick 3"
 )
 def test_a_wrong_call_is_the_caller_s(what: str, says: str) -> None:
     lab = sled()
-    lab.process("ref", Wrong, sled="robot/a/state", what=what)
+    lab.process("ref", Wrong, sled="robot/a/state", options={"what": what})
     with lab.engine() as engine, pytest.raises(AgentError) as told:
         engine.step(9)
     assert told.value.agent == "process/ref"
@@ -180,7 +180,13 @@ def test_the_same_bytes_in_the_engine_in_one_host_and_in_many() -> None:
             )
         lab.process("a", "callers.py:Referee", sled="robot/r1/state", **host)
         lab.process("b", "callers.py:Referee", sled="robot/r2/state", every=3, **host)
-        lab.process("c", "callers.py:Referee", sled="robot/r2/state", most=1.0, **host)
+        lab.process(
+            "c",
+            "callers.py:Referee",
+            sled="robot/r2/state",
+            options={"most": 1.0},
+            **host,
+        )
         lab.process("crowd", "callers.py:Crowd", sleds="robot/*/state", **host)
         lab.output("log", "csv", **host)
         return lab
@@ -196,7 +202,9 @@ def test_a_robot_in_real_time_gets_calls_and_warns_of_wrong_ones(
     lab = Experiment("free", dt=0.02, duration=2.0, folder=PARTS)
     lab.robot("a", "callers.py:Sled", "callers.py:Free", initial={"x": 0.3})
     lab.process("ref", "callers.py:Referee", sled="robot/a/state")
-    lab.process("wrong", "callers.py:Wrong", sled="robot/a/state", what=".put()")
+    lab.process(
+        "wrong", "callers.py:Wrong", sled="robot/a/state", options={"what": ".put()"}
+    )
     lab.output("log", "csv")
     told = Told()
     done = lab.run(tmp_path, show=told, pace=1)
@@ -217,7 +225,9 @@ def test_a_wrong_call_ends_a_run_in_processes_with_the_same_sentence(
     lab = sled()
     lab.plans.clear()
     lab.robot("a", "callers.py:Sled", "kinematic")
-    lab.process("ref", "callers.py:Wrong", sled="robot/a/state", what=".putt(1)")
+    lab.process(
+        "ref", "callers.py:Wrong", sled="robot/a/state", options={"what": ".putt(1)"}
+    )
     with pytest.raises(AgentError) as told:
         lab.run(tmp_path, show=Show())
     assert told.value.agent == "process/ref"

@@ -61,9 +61,8 @@ def experiments(draw: st.DrawFn) -> dict[str, Any]:
 
 def lab(made: dict[str, Any], host: str | None) -> Experiment:
     """Return this experiment; host: one process for all agents, or each its own."""
-    carts, more = list(made["commands"]), {}
-    if host:
-        more = {"host": host}
+    carts = list(made["commands"])
+    more: dict[str, Any] = {"host": host} if host else {}
     new = Experiment(
         "law", dt=made["dt"], duration=2.0, seed=made["seed"], folder=PARTS
     )
@@ -71,7 +70,9 @@ def lab(made: dict[str, Any], host: str | None) -> Experiment:
     def rates(name: str) -> dict[str, Any]:
         return {"every": made["every"][name], "since": made["since"][name], **more}
 
-    new.input("wave", "parts.py:Wave", pause=made["pause"], **rates("wave"))
+    new.input(
+        "wave", "parts.py:Wave", options={"pause": made["pause"]}, **rates("wave")
+    )
     new.input("slow", "parts.py:Slow", **rates("slow"))
     new.input("stick", "parts.py:Stick", **rates("stick"))
     for name, command in made["commands"].items():
@@ -217,10 +218,17 @@ WORLD = """
 from rems_net import Experiment
 lab = Experiment("world", dt="20 ms", duration="3 s", folder={folder!r})
 lab.world(
-    "arena", size=(1.6, 1.2),
-    balls=[{{"name": "ball", "radius": 0.03, "x": 0.2, "mass": 0.02}}],
-    boxes=[{{"name": "crate", "size": (0.06, 0.2, 0.06), "x": -0.3, "mass": 0.05}}],
-    ramps=[{{"name": "ramp", "length": 0.3, "height": 0.03, "x": 0.2, "y": -0.3}}],
+    "arena",
+    options={{
+        "size": (1.6, 1.2),
+        "balls": [{{"name": "ball", "radius": 0.03, "x": 0.2, "mass": 0.02}}],
+        "boxes": [
+            {{"name": "crate", "size": (0.06, 0.2, 0.06), "x": -0.3, "mass": 0.05}}
+        ],
+        "ramps": [
+            {{"name": "ramp", "length": 0.3, "height": 0.03, "x": 0.2, "y": -0.3}}
+        ],
+    }},
 )
 lab.input("wheels", "parts.py:Wheels")
 for i, name in enumerate(("left", "middle", "right")):

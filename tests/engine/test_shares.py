@@ -55,7 +55,9 @@ def test_each_writes_its_fields_and_the_others_are_safe() -> None:
 def test_only_the_fields_of_a_silent_writer_become_safe(silent: str) -> None:
     lab = Experiment("silent", dt=0.1, duration=3.0)
     lab.input("base", Silent if silent == "base" else Base)
-    lab.process("arm", Above, robot="robot/kuka/state", quiet=silent == "arm")
+    lab.process(
+        "arm", Above, robot="robot/kuka/state", options={"quiet": silent == "arm"}
+    )
     lab.robot("kuka", "youbot", "kinematic", command=["input/base", "process/arm"])
     with lab.engine() as engine:
         engine.step(6)

@@ -40,7 +40,7 @@ def pad(tmp_path: Path) -> Iterator[tuple[Path, int]]:
 
 def lab(path: Path, **settings: object) -> Experiment:
     made = Experiment("lab", duration="60 s")
-    made.input("pad", "gamepad", device=str(path), **settings)
+    made.input("pad", "gamepad", options={"device": str(path), **settings})
     made.robot("wood", "woodbot", "kinematic", command="input/pad")
     return made
 

@@ -24,7 +24,7 @@ pace = {pace}
 [[input]]
 name = "keys"
 type = "csv"
-file = "keys.csv"
+options.file = "keys.csv"
 
 [[robot]]
 name = "one"

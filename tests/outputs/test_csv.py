@@ -225,7 +225,7 @@ def test_an_input_and_a_robot_of_one_name(tmp_path: Path) -> None:
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1,3,2\n"
     )
     lab = Experiment("names", dt=0.1, duration=0.3, folder=tmp_path, record=False)
-    lab.input("sim", "csv", file="keys.csv")
+    lab.input("sim", "csv", options={"file": "keys.csv"})
     lab.robot("sim", "woodbot", "kinematic", command="input/sim")
     lab.output("log", "csv")
     lab.output("more", "csv", robots="input/*/*")

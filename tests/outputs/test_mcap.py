@@ -160,7 +160,7 @@ def test_physics_is_the_same_when_pinned(tmp_path: Path) -> None:
 
     def made() -> Experiment:
         lab = Experiment("physics", dt=0.05, duration=0.5, folder=tmp_path)
-        lab.input("words", "csv", file="keys.csv")
+        lab.input("words", "csv", options={"file": "keys.csv"})
         lab.robot("sim", "woodbot", "mujoco", command="input/words")
         return lab
 

@@ -24,9 +24,9 @@ LINES = ["robot/sim/state/x", "robot/sim/state/heading", "input/keys/value/wheel
 
 def lab(**more: object) -> Experiment:
     made = Experiment("shown", dt="50 ms", duration="1 s", folder=ROOT / "examples")
-    made.input("keys", "csv", file="keys.csv")
+    made.input("keys", "csv", options={"file": "keys.csv"})
     made.robot("sim", "woodbot", "kinematic", command="input/keys")
-    made.output("figure", "plot", **more)
+    made.output("figure", "plot", options=more)
     return made
 
 

@@ -22,7 +22,7 @@ def replay(name: str, driver: str, out: Path, dt: str, **robot: Any) -> Path:
     """Play a recording's commands to a Woodbot; return the CSV it leaves."""
     recording(name)  # skips where it is not there
     lab = Experiment("replay", dt=dt, folder=FOLDER)
-    lab.input("keys", "csv", file=name)
+    lab.input("keys", "csv", options={"file": name})
     lab.robot("bot", "woodbot", driver, command="input/keys", **robot)
     lab.output("log", "csv")
     lab.run(out)
@@ -53,7 +53,7 @@ def test_what_the_chain_wrote_can_be_played_again(tmp_path: Path) -> None:
     name = models()[-1]
     first = replay(name, "kinematic", tmp_path / "a", "0.1 s", parameters=CLASS)
     lab = Experiment("again", dt="0.1 s", folder=first.parent)
-    lab.input("keys", "csv", file=first.name)
+    lab.input("keys", "csv", options={"file": first.name})
     lab.robot("bot", "woodbot", "kinematic", command="input/keys", parameters=CLASS)
     lab.output("log", "csv")
     lab.run(tmp_path / "b")

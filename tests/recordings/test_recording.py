@@ -32,7 +32,7 @@ def lab(folder: Path, robots: int = 2) -> Experiment:
     """Some Woodbots of different tracks, which start 10 cm apart."""
     (folder / "keys.csv").write_text(KEYS, encoding="utf-8")
     made = Experiment("lab", dt="0.1 s", duration="1 s", folder=folder)
-    made.input("keys", "csv", file="keys.csv")
+    made.input("keys", "csv", options={"file": "keys.csv"})
     for i in range(robots):
         made.robot(
             f"r{i + 1}",

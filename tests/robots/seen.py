@@ -39,7 +39,7 @@ PLACE: dict[str, Any] = {
 def seen(driver: str) -> Any:
     """What the e-puck sees, (39, 52, 3)."""
     lab = Experiment("seen", dt="50 ms", duration="1 s")
-    lab.world("arena", **PLACE)
+    lab.world("arena", options=PLACE)
     lab.robot("bot", "epuck_camera", driver, world="arena")
     start = {"x": 0.42, "y": 0.01, "heading": 2.4}
     lab.robot("other", "woodbot", driver, world="arena", initial=start)

@@ -11,7 +11,7 @@ driver = "kinematic"
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from inspect import signature
 from pathlib import Path
@@ -21,6 +21,9 @@ from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.source.methods import check_nested
+from rems_net.agents.protocol.plan import COMMON, robot_classes
+from rems_net.agents.protocol.plan import ROBOT as CLASSES
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, decoded, read_file
@@ -29,7 +32,6 @@ from rems_net.toml import TOMLDecodeError, loads, meant
 #: Keys of a table: the arguments of the method behind it.
 EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
-OTHER = ("name", "type", "every", "since", "host", "machine", "restart", "rules")
 TABLES = ("experiment", *PHASES)
 
 #: Reports of Python's reader about a backslash, and the likely meaning.
@@ -45,8 +47,10 @@ _IN_TOML = (
     ("give it range=.", "give it a range."),
     (" Use round().", " Write a whole number."),
     ("expects True or False", "expects true or false"),
-    ('={"track": "0.1 m"}', ' = { track = "0.1 m" }'),
 )
+
+#: A table of one setting in a message, such as `options={"file": "keys.csv"}`.
+_TABLE = re.compile(r'(\w+)=\{"(\w+)": ("[^"]*"|[^"{}]*)\}')
 
 #: How `Experiment` begins a sentence about one of its agents.
 _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
@@ -90,6 +94,7 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
         place = f"{path}, {where}" if where else f"{path}"
         for python, toml in _IN_TOML:
             sentence = sentence.replace(python, toml)
+        sentence = _TABLE.sub(r"\1 = { \2 = \3 }", sentence)
         raise ExperimentError(f"{place}: {sentence}") from None
 
 
@@ -148,27 +153,38 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
 
 
 def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
+    folder = experiment.folder
+    declared: dict[str, type[Any]] = {"options": World}
+    known: tuple[str, ...] = ("name", "options")
+    needed: dict[str, str] = {}
     if kind == "robot":
-        _check_keys(table, ROBOT, "it")
-        for key in ("definition", "driver"):
-            _need(table, key, next(iter(registry.BUILT_IN[key])))
-    elif kind == "world":
-        _check_keys(table, ("name", *World.options.schema.entries), "it")
-    else:
+        known = ROBOT
+        needed = {word: next(iter(registry.BUILT_IN[word])) for word in CLASSES}
+        if all(isinstance(table.get(word), str) for word in CLASSES):
+            classes = robot_classes(table["definition"], table["driver"], folder)
+            declared = {"parameters": classes[0], "options": classes[1]}
+    elif kind != "world":
         _need(table, "type", "csv" if kind != "process" else "my_file.py:MyProcess")
-        cls = parts.find(kind, table["type"], experiment.folder)
-        known = (*OTHER, *cls.options.schema.entries, *cls.ins())
-        _check_keys(table, known, "it")
-    _need(table, "name", "left")
+        cls = parts.find(kind, table["type"], folder)
+        declared = {"options": cls}
+        known = ("name", "type", *cls.ins(), "options", *COMMON)
+    check_nested(table, declared, known, toml=True)
+    settings = (getattr(cls, slot, None) for slot, cls in declared.items())
+    own = [w for one in settings if one for w in one.schema.entries]
+    _check_keys(table, known, "it", own)
+    for key, example in {**needed, "name": "left"}.items():
+        _need(table, key, example)
     getattr(experiment, kind)(**table)
 
 
-def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], what: str) -> None:
+def _check_keys(
+    table: Mapping[str, Any], known: Sequence[str], what: str, also: Sequence[str] = ()
+) -> None:
     for key in table:
         if key not in known:
             raise ExperimentError(
                 f"there is no key {key!r}; {what} may have {', '.join(known)}."
-                f"{nearest(key, known)} (R0405)"
+                f"{nearest(key, [*known, *also])} (R0405)"
             )
 
 

@@ -1,6 +1,6 @@
 """Lineup: a set of agents and a clock, added one by one and checked as a whole."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,11 @@ from rems_net.agents.experiment.checking.connections import (
 from rems_net.agents.experiment.checking.settings import (
     check_choice,
     check_command,
-    check_every,
+    check_common,
     check_flag,
     check_folder,
     check_mapping,
     check_pace,
-    check_restart,
     check_seed,
     check_sources,
     count_ticks,
@@ -33,16 +32,22 @@ from rems_net.agents.experiment.checking.worlds import (
     robot_host,
     world_plan,
 )
-from rems_net.agents.experiment.source.methods import built, check_settings
+from rems_net.agents.experiment.source.methods import built, check_words
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.limits import PATIENCE, WAIT
-from rems_net.agents.protocol.plan import Plan, robot_classes, usual_sources
-from rems_net.agents.rules import check_rules
+from rems_net.agents.protocol.plan import (
+    Plan,
+    robot_classes,
+    usual_sources,
+)
 from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
 from rems_net.defdict import Rule
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
+
+#: settings that a class declares, as a table of its own
+Options = Mapping[str, Any] | None
 
 
 class Lineup:
@@ -95,36 +100,47 @@ class Lineup:
     # -- adding ------------------------------------------------------------------
 
     @taught(ExperimentError)
-    def input(self, name: str, type: str | type, **settings: Any) -> None:
-        """Add an input: a built-in type ("csv") or a class of your own."""
-        self._add("input", name, type, settings)
+    def input(
+        self, name: str, type: str | type, *, options: Options = None, **words: Any
+    ) -> None:
+        """Add an input: a built-in type ("csv") or a class of your own.
+
+        options are of its class. words are as of a robot: `every`, `since`, `host`,
+        `machine`, `restart`, `rules`; and a word with the name of an In connects it.
+        """
+        self._add("input", name, type, options, words)
 
     @taught(ExperimentError)
-    def process(self, name: str, type: str | type, **settings: Any) -> None:
-        """Add a process. A setting with the name of an In connects that In."""
-        self._add("process", name, type, settings)
+    def process(
+        self, name: str, type: str | type, *, options: Options = None, **words: Any
+    ) -> None:
+        """Add a process; options and words are as of an input."""
+        self._add("process", name, type, options, words)
 
-    @taught(ExperimentError)
-    def world(self, name: str, **settings: Any) -> None:
+    @taught(ExperimentError, ' Write options={{"{word}": ...}}.')
+    def world(self, name: str, *, options: Options = None) -> None:
         """Describe a place that robots share, and its walls and things.
 
-        radius, or size: of the walls around it; walls, boxes, balls, cylinders, ramps:
-        a list of dicts each (docs/worlds.md); or mjcf: a file with the whole place. The
-        robots added with this `world` are in it.
+        options: radius, or size, of the walls around it; walls, boxes, balls,
+        cylinders, ramps: a list of dicts each (docs/worlds.md); or mjcf: a file with
+        the whole place. The robots added with this `world` are in it.
         """
         with origin(f"world {name!r}"):
+            check_mapping(options, "options")
             known = self.plans.pop(f"world/{name}", None)
             if known is not None and known.options:
                 raise ExperimentError(
                     f"there are two worlds named {name!r}; give one another name."
                     " (R0417)"
                 )
-            self._put(world_plan(name, settings, self.folder))
+            self._put(world_plan(name, options or {}, self.folder))
 
     @taught(ExperimentError)
-    def output(self, name: str, type: str | type, **settings: Any) -> None:
-        """Add an output: a built-in type ("csv") or a class of your own."""
-        self._add("output", name, type, settings)
+    def output(
+        self, name: str, type: str | type, *, options: Options = None, **words: Any
+    ) -> None:
+        """Add an output; options and words are as of an input."""
+        self._add("output", name, type, options, words)
 
     @taught(
         ExperimentError,
@@ -138,9 +154,9 @@ class Lineup:
         driver: str | type,
         *,
         command: str | Sequence[str] | None = None,
-        parameters: Mapping[str, Any] | None = None,
-        options: Mapping[str, Any] | None = None,
-        initial: Mapping[str, Any] | None = None,
+        parameters: Options = None,
+        options: Options = None,
+        initial: Options = None,
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
@@ -168,6 +184,10 @@ class Lineup:
             check_mapping(options, "options")
             check_mapping(initial, "initial")
             sources = check_command(command)
+            words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
+            words |= {"machine": machine, "restart": restart}
+            common = check_common("", words, self.dt, self.folder)
+            common["host"] = robot_host(name, host, world)
             plan = Plan(
                 "robot",
                 name,
@@ -176,63 +196,44 @@ class Lineup:
                 parameters=parameters or {},
                 initial=initial or {},
                 sources=sources,
-                every=check_every(every),
-                since=self._first_tick(since),
-                host=robot_host(name, host, world),
-                machine=check_name(machine, "machine") if machine else "",
-                restart=check_restart(restart),
-                rules=check_rules(rules, self.folder),
                 folder=self.folder,
+                **common,
             )
             if plan.world and plan.world not in self.plans:
                 self._put(world_plan(str(world), {}, self.folder))
             self._put(plan)
 
-    def _add(self, kind: str, name: str, type: str | type, settings: Any) -> None:
+    def _add(
+        self, kind: str, name: str, type: str | type, options: Options, words: Any
+    ) -> None:
         with origin(f"{kind} {name!r}"):
             cls = parts.find(kind, type, self.folder)
-            every = check_every(settings.pop("every", 1))
-            restart = check_restart(settings.pop("restart", 0))
-            host = settings.pop("host", None)
-            host = check_name(host, "host") if host else f"{kind}/{name}"
-            machine = settings.pop("machine", None)
-            machine = check_name(machine, "machine") if machine else ""
+            check_mapping(options, "options")
+            common = check_common(f"{kind}/{name}", words, self.dt, self.folder)
             sources = usual_sources(cls)
-            for port in cls.ins().keys() & settings.keys():
-                sources[port] = settings.pop(port)
+            for port in cls.ins().keys() & words.keys():
+                sources[port] = words.pop(port)
             check_sources(sources)
-            since = self._first_tick(settings.pop("since", 0.0))
-            rules = check_rules(settings.pop("rules", ()), self.folder)
             plan = Plan(
                 kind,
                 name,
                 [cls],
-                options=settings,
+                options=options or {},
                 sources=sources,
-                every=every,
-                since=since,
-                host=host,
-                machine=machine,
-                restart=restart,
-                rules=rules,
                 folder=self.folder,
+                **common,
             )
-            self._put(plan)
-            check_settings(cls, settings)
+            self._put(plan, words)
+            check_words(cls, words)
 
-    def _first_tick(self, since: float | str) -> int:
-        """Return the tick that begins at fabric time `since`."""
-        if since in (0, "0 s"):
-            return 1
-        return round(seconds(since, "since") / self.dt) + 1
-
-    def _put(self, plan: Plan) -> None:
+    def _put(self, plan: Plan, words: Collection[str] = ()) -> None:
         check_name(plan.name, f"the name of this {plan.kind}")
         if plan.key in self.plans:
             raise ExperimentError(
                 f"there are two agents named {plan.key}; give one another name. (R0417)"
             )
-        check_class(plan)  # before its settings: they may be wrong because of the class
+        # Before its settings: they may be wrong because of the class.
+        check_class(plan, words)
         self.plans[plan.key] = plan
 
     # -- checking ----------------------------------------------------------------

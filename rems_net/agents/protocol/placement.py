@@ -14,13 +14,13 @@ from unicodedata import normalize
 from rems_net.agents.agent import PHASES
 from rems_net.agents.protocol import limits, shapes
 from rems_net.agents.protocol.plan import (
-    SLOTS,
     Table,
     Tables,
     class_names,
     class_words,
     each,
     host_of,
+    slots_of,
 )
 from rems_net.agents.verbs import CALLED
 from rems_net.errors import WireError
@@ -180,10 +180,10 @@ def _check_plan(kind: str, plan: Any) -> None:
                 else shapes.items(said, word, limits.SOURCES)
             ):
                 shapes.source(one, word, limits.SOURCE)
-        for slot in SLOTS:
-            shapes.table(given.pop(slot, {}), slot, limits.SOURCES)
-        if given:
-            raise shapes.wrong("a plan of a robot", [*given], "no other words")
+    for slot in slots_of(kind):
+        shapes.table(given.pop(slot, {}), slot, limits.SOURCES)
+    if kind == "robot" and given:
+        raise shapes.wrong("a plan of a robot", [*given], "no other words")
 
 
 def reference(value: Any) -> tuple[str, str]:

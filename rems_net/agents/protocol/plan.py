@@ -14,6 +14,7 @@ from typing import Any
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.protocol.shapes import wrong
 from rems_net.agents.robot import Robot, combine
 from rems_net.agents.rules import Rules, check_rules, rule_reference
 from rems_net.agents.runtime import RUNTIME, runtime
@@ -23,9 +24,9 @@ from rems_net.defdict import DefDict, Schema
 
 #: kinds of the two classes of a robot
 ROBOT = ("definition", "driver")
-#: settings of a robot, each a table of its own
+#: settings that the classes of an agent declare, each in a table of its own
 SLOTS = ("parameters", "options", "initial")
-#: keys of every agent besides its own settings, and their defaults; since: s
+#: keys of every agent besides those tables, and their defaults; since: s
 COMMON: dict[str, Any] = {
     **{"every": 1, "since": 0.0, "host": "", "machine": "", "restart": 0},
     "rules": [],
@@ -116,14 +117,12 @@ class Plan:
         made: dict[str, Any] = {"name": self.name}
         words = class_words(self.kind)
         made |= zip(words, map(reference, self.classes), strict=False)
-        options = _given(agent.options)
+        slots = {"options": _given(agent.options)}
         if isinstance(agent, Robot):
-            slots = {"options": options, "parameters": _given(agent.parameters)}
+            slots["parameters"] = _given(agent.parameters)
             if agent.initial:
                 slots["initial"] = _given(agent.initial_schema(agent.initial))
-            made |= {slot: slots[slot] for slot in SLOTS if slots.get(slot)}
-        else:
-            made |= options
+        made |= {slot: slots[slot] for slot in SLOTS if slots.get(slot)}
         usual = {} if robot else usual_sources(type(agent))
         for port, one in sorted(self.sources.items()):
             first, several, _ = port.partition("/")
@@ -172,7 +171,9 @@ class Plan:
         for port in (*ins, CALLED):
             if port in given:
                 sources |= spread(port, given.pop(port))
-        slots = given if kind == "robot" else {"options": given}
+        slots = {slot: given.pop(slot, {}) for slot in slots_of(kind)}
+        if given:
+            raise wrong(f"a plan of {kind}/{name}", [*given], "no other words")
         return cls(
             kind,
             name,
@@ -221,6 +222,11 @@ def by_kind(written: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, list[Any
 def class_words(kind: str) -> tuple[str, ...]:
     """Return the keys of a table that name classes; a world always has one class."""
     return {"robot": ROBOT, "world": ()}.get(kind, ("type",))
+
+
+def slots_of(kind: str) -> tuple[str, ...]:
+    """Return the tables of settings that an agent of this kind has."""
+    return SLOTS if kind == "robot" else ("options",)
 
 
 def class_names(kind: str, table: Table) -> list[str]:

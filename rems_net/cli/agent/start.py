@@ -10,6 +10,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import slots_of
 from rems_net.cli.script import no_words, run_script
 from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, nearest, some
@@ -52,7 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="a setting; of a robot, parameters.NAME, options.NAME or initial.NAME",
+        help="a setting: options.NAME; of a robot parameters.NAME or initial.NAME, too",
     )
     parser.add_argument("--every", type=int, default=1, help="step at every k-th tick")
     parser.add_argument(
@@ -123,7 +124,7 @@ def _alone(args: argparse.Namespace) -> Experiment:
     """Return an experiment of one agent."""
     kind, type_ = args.kind, args.type
     name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
-    settings = values(args.set, "track=0.1")
+    settings = values(args.set, "options.file=keys.csv")
     sources = pairs(args.to, "--to", "command=input/keys")
     lab = Experiment(name)
     if kind == "robot":
@@ -134,9 +135,9 @@ def _alone(args: argparse.Namespace) -> Experiment:
         )
     else:
         if type_.endswith(".csv"):
-            type_, settings = "csv", {"file": type_, **settings}
+            type_, settings = "csv", {"options.file": type_, **settings}
         common = {"every": args.every, "restart": args.restart}
-        getattr(lab, kind)(name, type_, **common, **settings, **sources)
+        getattr(lab, kind)(name, type_, **common, **slots(settings, kind), **sources)
     return lab
 
 
@@ -168,18 +169,19 @@ def _robot(
     )
 
 
-def slots(settings: dict[str, Any]) -> dict[str, Any]:
-    """Group a robot's settings: `options.port` is an option.
+def slots(settings: dict[str, Any], kind: str = "robot") -> dict[str, Any]:
+    """Group the settings of an agent: `options.port` is an option.
 
     Raises ExperimentError for a setting of no group.
     """
-    groups: dict[str, dict[str, Any]] = {"parameters": {}, "options": {}, "initial": {}}
+    groups: dict[str, dict[str, Any]] = {slot: {} for slot in slots_of(kind)}
     for path, value in settings.items():
         group, _, field = path.partition(".")
         if group not in groups or not field:
+            expected = " or ".join(f"{slot}.NAME" for slot in groups)
             raise ExperimentError(
-                f"--set {path}={value}: expected parameters.NAME, options.NAME or "
-                "initial.NAME for a robot. (R0910)"
+                f"--set {path}={value}: expected {expected} for this {kind}, such as "
+                f"--set {next(iter(groups))}.{path.rpartition('.')[2]}={value} (R0910)"
             )
         groups[group][field] = value
     return groups

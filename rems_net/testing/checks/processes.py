@@ -82,7 +82,7 @@ def _run(subject: Subject, robots: tuple[str, ...], folder: Path) -> dict[str, b
         folder=subject.folder,
         pace=1.0 if subject.driven else "fast",
     )
-    lab.input("played", "csv", file=str(folder / "played.csv"))
+    lab.input("played", "csv", options={"file": str(folder / "played.csv")})
     for name in robots:
         lab.robot(
             name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -29,7 +30,7 @@ def test_who_is_connected_to_itself_hears_the_step_before(tmp_path: Path) -> Non
         ("slow", "Sum", 3),
         ("again", "Again", 1),
     ):
-        more = {} if cls == "Again" else {"before": f"process/{name}"}
+        more: dict[str, Any] = {} if cls == "Again" else {"before": f"process/{name}"}
         linked.process(name, f"{HERE}:{cls}", every=every, **more)
     linked.output("lines", f"{HERE}:Lines")
     linked.run(tmp_path, direct=True)

@@ -20,7 +20,7 @@ fabric = "class"
 [[input]]
 name = "keys"
 type = "csv"
-file = "keys.csv"
+options.file = "keys.csv"
 
 [[robot]]
 name = "model"
@@ -86,7 +86,7 @@ def test_it_is_a_thin_layer(path: Path) -> None:
         fabric="class",
         folder=path.parent,
     )
-    lab.input("keys", "csv", file="keys.csv")
+    lab.input("keys", "csv", options={"file": "keys.csv"})
     lab.robot(
         "model",
         "woodbot",
@@ -148,3 +148,48 @@ def test_bytes_that_are_no_text(path: Path) -> None:
     assert str(refused.value) == (
         f"{path} is no text in UTF-8 (at byte 22); save it as UTF-8. (R0402)"
     )
+
+
+ROBOT = '[[robot]]\nname = "a"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
+#: what stands beside a name -> the table that is to be written in its place
+BESIDE = {
+    '[[input]]\nname = "a"\ntype = "csv"\nfile = "a.csv"': (
+        '[[input]] "a": file belongs in the options of CsvInput; write options = '
+        '{ file = "a.csv" }. (R0407)'
+    ),
+    '[[output]]\nname = "a"\ntype = "plot"\nfields = ["x"]': (
+        '[[output]] "a": fields belongs in the options of PlotOutput; write options = '
+        "{ fields = ... }. (R0407)"
+    ),
+    '[[world]]\nname = "a"\nradius = 1\nboxes = []': (
+        '[[world]] "a": radius, boxes belong in the options of World; write options = '
+        "{ radius = 1, boxes = ... }. (R0407)"
+    ),
+    f"{ROBOT}track = 1": (
+        '[[robot]] "a": track belongs in the parameters of Woodbot; write parameters = '
+        "{ track = 1 }. (R0407)"
+    ),
+    f"{ROBOT}noise = true": (
+        '[[robot]] "a": noise belongs in the options of Kinematic; write options = '
+        "{ noise = true }. (R0407)"
+    ),
+}
+
+
+@pytest.mark.parametrize("table", BESIDE)
+def test_a_setting_beside_a_name_is_refused_with_its_table(
+    tmp_path: Path, table: str
+) -> None:
+    (tmp_path / "lab.toml").write_text(f"{table}\n")
+    with pytest.raises(ExperimentError) as caught:
+        load(tmp_path / "lab.toml")
+    assert str(caught.value) == f"{tmp_path / 'lab.toml'}, {BESIDE[table]}"
+
+
+def test_a_setting_beside_a_name_is_refused_in_python() -> None:
+    lab = Experiment()
+    said = "^input 'a': file belongs in the options of CsvInput; write options="
+    with pytest.raises(ExperimentError, match=said + r'\{"file": "a.csv"\}'):
+        lab.input("a", "csv", file="a.csv")
+    with pytest.raises(ExperimentError, match=r'Write options=\{"radius": ...\}'):
+        lab.world("a", radius="1 m")  # type: ignore[call-arg]

@@ -50,7 +50,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def lab(rows: str = "1,1,1\n", **more: Any) -> Experiment:
     Path("keys.csv").write_text(KEYS + rows, encoding="utf-8")
     made = Experiment("lab", **{"duration": "0.3 s", **more})
-    made.input("keys", "csv", file="keys.csv")
+    made.input("keys", "csv", options={"file": "keys.csv"})
     made.robot("sim", "woodbot", "kinematic", command="input/keys")
     made.output("log", "csv")
     return in_one_host(made)
@@ -199,7 +199,7 @@ def test_what_a_folder_says_of_its_run(here: Path) -> None:
                 {
                     "name": "keys",
                     "type": "rems_net.inputs.csv:CsvInput",
-                    "file": "keys.csv",
+                    "options": {"file": "keys.csv"},
                 }
             ],
             "robot": [

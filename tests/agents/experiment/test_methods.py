@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -59,7 +60,7 @@ def stick(lab: Experiment, cls: type) -> None:
     lab.input("stick", cls)
 
 
-def pilot(**settings: object) -> Add:
+def pilot(**settings: Any) -> Add:
     return lambda lab, cls: lab.process("pilot", cls, **settings)
 
 
@@ -186,16 +187,14 @@ def only_class(folder: Path, text: str) -> type:
         ),
         (
             PILOT,
-            pilot(seen="robot/sim/state", options={"gain": 2}),
-            "there is no options= here; write each setting as its own, such as "
-            "gain=...; Pilot takes its options (gain), its Ins (seen), every, since, "
-            "host, rules.",
+            pilot(seen="robot/sim/state", gain=2, host="a"),
+            'gain belongs in the options of Pilot; write options={"gain": 2}.',
         ),
         (
             PILOT,
             pilot(sen="robot/sim/state"),
-            "there is no setting 'sen'; Pilot takes its options (gain), its Ins "
-            "(seen), every, since, host, rules. Did you mean 'seen'?",
+            "there is no setting 'sen'; beside its name it may have seen, options "
+            "(gain), every, since, host, machine, restart, rules. Did you mean 'seen'?",
         ),
     ],
     ids=[
@@ -217,7 +216,7 @@ def only_class(folder: Path, text: str) -> type:
         "read without self",
         "an instance",
         "an instance without a name",
-        "options= of a process",
+        "an option of a process beside its name",
         "a mistyped In",
     ],
 )

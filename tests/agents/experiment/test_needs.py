@@ -87,7 +87,7 @@ def test_too_many_files_are_not_read(folder: Path) -> None:
     for i in range(limits.SENT + 1):
         (folder / "arm" / f"{i}.stl").touch()
     lab = Lineup(folder=folder)
-    lab.input("keys", CsvInput, file="arm/arm.xml")
+    lab.input("keys", CsvInput, options={"file": "arm/arm.xml"})
     keys = CsvInput("keys", options={"file": "arm/arm.xml"})
     with pytest.raises(ExperimentError, match=r"machine b would be sent 204 files of"):
         make_offers(lab, {keys.key: keys}, {keys.key: "b"})

@@ -35,7 +35,7 @@ def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experim
     def options(how: str) -> dict[str, Any]:
         return {"how": how} | (given if how else {"times": 0})
 
-    made.input("stick", f"{CRASHING}:Stick", restart=restart, **options(stick))
+    made.input("stick", f"{CRASHING}:Stick", restart=restart, options=options(stick))
     made.robot(
         "cart",
         "parts.py:Cart",
@@ -44,7 +44,7 @@ def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experim
         options=options(wheel),
         restart=restart,
     )
-    made.output("csv", f"{CRASHING}:Writes", restart=restart, **options(log))
+    made.output("csv", f"{CRASHING}:Writes", restart=restart, options=options(log))
     return made
 
 

@@ -34,7 +34,7 @@ class Kept(Show):
 
 def hall(place: dict[str, float], **walls: Any) -> Experiment:
     lab = Experiment("hall", dt="0.1 s", duration="0.5 s")
-    lab.world("hall", **walls)
+    lab.world("hall", options=walls)
     for name, initial in (("near", {}), ("far", place)):
         lab.robot(name, "woodbot", "kinematic", world="hall", initial=initial)
     lab.output("log", "csv")

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from rems_net.agents.experiment.again.replayed import nested
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
@@ -38,7 +39,7 @@ LAB = """
 [[input]]
 name = "keys"
 type = "rems_net.inputs.csv:CsvInput"
-file = "keys.csv"
+options.file = "keys.csv"
 
 [[robot]]
 name = "bot"
@@ -61,14 +62,14 @@ every = 3
 
 [[world]]
 name = "hall"
-radius = 2.0
+options.radius = 2.0
 
 [[process]]
 name = "follow"
 type = "follow.py:Follow"
 target = "robot/bot/state"
-gain = 2.5
-gains = [0.5, 1.5]
+options.gain = 2.5
+options.gains = [0.5, 1.5]
 host = "brain"
 
 [[output]]
@@ -183,3 +184,20 @@ def test_a_plan_is_written_in_one_way(
     with own_folder(lab, tmp_path / "out", agents, Show()) as out:
         kept = json.loads((out / "run.json").read_text())["agents"]
     assert kept == placed(file)
+
+
+def test_a_plan_of_an_older_recording_is_read(tmp_path: Path) -> None:
+    """Its options stand beside the name."""
+    (tmp_path / "follow.py").write_text(FOLLOW)
+    follow = {"name": "a", "type": "follow.py:Follow", "target": "robot/bot/state"}
+    now = {**follow, "every": 2, "options": {"gain": 2.5}}
+    assert nested("process", {**follow, "every": 2, "gain": 2.5}, tmp_path) == now
+    assert nested("process", now, tmp_path) == now
+    (plan,) = read_plans({"process": [now]}, tmp_path, 0.1)
+    assert plan.options == {"gain": 2.5}
+    with pytest.raises(WireError, match="no other words"):
+        list(read_plans({"process": [{**now, "gain": 2.5}]}, tmp_path, 0.1))
+    robot = {"name": "bot", "definition": "a.py:A", "parameters": {"track": 0.1}}
+    assert nested("robot", robot, tmp_path) == robot
+    hall = nested("world", {"name": "hall", "radius": 2.0}, tmp_path)
+    assert hall == {"name": "hall", "options": {"radius": 2.0}}

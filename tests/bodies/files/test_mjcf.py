@@ -100,7 +100,7 @@ def test_it_is_in_a_place_of_ones_own(tmp_path: Path) -> None:
       <worldbody><geom type="plane" size="0 0 1"/></worldbody></mujoco>"""
     written(tmp_path, "room.xml", room)
     lab = Experiment("room", dt=0.05, duration=1, folder=tmp_path)
-    lab.world("room", mjcf="room.xml")
+    lab.world("room", options={"mjcf": "room.xml"})
     for name in ("a", "b"):
         kind = made(Limb, limb(tmp_path)) if name == "a" else "woodbot"
         start = {} if name == "a" else {"x": 1.0}

@@ -53,7 +53,7 @@ def test_several_share_a_world(driver: str, tmp_path: Path) -> None:
     """Two carts of one file, and a Woodbot: they see each other, bump, and go back."""
     cart = made(Cart, written(tmp_path, "cart.urdf", CART))
     lab = Experiment("shared", dt=DT, duration="1 s", folder=tmp_path)
-    lab.world("hall", balls=[{"name": "ball", "x": -0.4, "mass": "20 g"}])
+    lab.world("hall", options={"balls": [{"name": "ball", "x": -0.4, "mass": "20 g"}]})
     for name, place in (("a", {}), ("b", {"x": 0.5, "heading": "180 deg"})):
         lab.robot(name, cart, driver, world="hall", initial=place)
     lab.robot("c", "woodbot", driver, world="hall", initial={"y": 0.4})

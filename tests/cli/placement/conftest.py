@@ -15,10 +15,10 @@ from tests.agents.runs import Router
 from tests.cli.conftest import LAB
 from tests.commands import YES, Running, command, environment, inside, terminal
 
-KEYS_LINE = 'file = "keys.csv"'
+KEYS_LINE = 'options.file = "keys.csv"'
 #: the input and the robot of `LAB` are on machine b, in one process
 B = 'machine = "b"\nhost = "far"'
-ON_B = LAB.replace(KEYS_LINE, f'file = "data/keys.csv"\n{B}').replace(
+ON_B = LAB.replace(KEYS_LINE, f'options.file = "data/keys.csv"\n{B}').replace(
     'command = "input/keys"', f'command = "input/keys"\n{B}'
 )
 

@@ -32,7 +32,12 @@ def offered(kind: str, plan: dict[str, Any], **more: Any) -> Offer:
 
 
 def play(file: object, **more: Any) -> Offer:
-    return offered("input", {"name": "keys", "type": PLAY, "file": file}, **more)
+    plan = {"name": "keys", "type": PLAY, "options": {"file": file}}
+    return offered("input", plan, **more)
+
+
+def world(**options: Any) -> Offer:
+    return offered("world", {"name": "w", "options": options})
 
 
 def robot(driver: str = KINEMATIC, **more: Any) -> Offer:
@@ -54,10 +59,11 @@ ELSEWHERE = [
 OWN = {"name": "own", "type": "lab.py:Follow"}
 PLACES: dict[str, Callable[[str], Offer]] = {
     "a CSV input": play,
-    "a place": lambda name: offered("world", {"name": "w", "mjcf": name}),
-    "a list": lambda name: offered("world", {"name": "w", "boxes": [{"name": name}]}),
+    "a place": lambda name: world(mjcf=name),
+    "a list": lambda name: world(boxes=[{"name": name}]),
+    "a word beside a name": lambda name: offered("world", {"name": "w", "mjcf": name}),
     "one's own class": lambda name: offered(
-        "process", OWN | {"a": [[[{"b": name}]]]}, code=LAB
+        "process", OWN | {"options": {"a": [[[{"b": name}]]]}}, code=LAB
     ),
     "a driver": lambda name: robot(options={"port": name}),
     "a definition": lambda name: robot(parameters={"a": name}),

@@ -50,7 +50,7 @@ WITH_CODE = (
 name = "follow"
 type = "follow.py:Follow"
 target = "robot/model/state"
-table = "gain.txt"
+options.table = "gain.txt"
 machine = "b"
 
 [[output]]

@@ -43,7 +43,7 @@ def lab(
     **options: Any,
 ) -> Experiment:
     made = Experiment("hw", dt=0.02, duration=seconds, pace=1, folder=FOLDER)
-    made.input("stick", "parts.py:Ahead", fail_at=stick_fails_at)
+    made.input("stick", "parts.py:Ahead", options={"fail_at": stick_fails_at})
     made.robot(
         "b",
         "parts.py:Cart",

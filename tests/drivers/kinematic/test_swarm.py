@@ -110,7 +110,9 @@ def test_hosts_make_no_difference(tmp_path: Path) -> None:
     def lab() -> Experiment:
         made = Experiment("swarm", dt=0.05, duration=2, folder=PARTS)
         for i in range(6):
-            made.input(f"in{i}", "parts.py:Wheels", phase=0.3 * i, host="rest")
+            made.input(
+                f"in{i}", "parts.py:Wheels", options={"phase": 0.3 * i}, host="rest"
+            )
             made.robot(
                 f"bot{i}",
                 "woodbot",

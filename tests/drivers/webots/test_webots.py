@@ -276,7 +276,7 @@ def test_a_run(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         "0.5,50,50\n"
     )
     lab = Experiment("lab", dt="0.1 s", duration="0.5 s")
-    lab.input("keys", "csv", file=str(tmp_path / "keys.csv"))
+    lab.input("keys", "csv", options={"file": str(tmp_path / "keys.csv")})
     names = {"sim": "woodbot", "other": "nested"}
     for agent, name in names.items():
         options = {"robot": name}

@@ -20,7 +20,7 @@ READY = {"arm/joint/2": 0.3}
 
 def bench(driver: str, *arms: dict[str, Any]) -> Experiment:
     lab = Experiment("bench", dt=DT, duration="1 s")
-    lab.world("bench", size=[3.0, 3.0])
+    lab.world("bench", options={"size": [3.0, 3.0]})
     for name, initial in zip("ab", arms, strict=False):
         lab.robot(name, "youbot_arm", driver, world="bench", initial=initial)
     return lab

@@ -43,47 +43,49 @@ def another_rate(one: Experiment) -> None:
 
 
 def nobody(one: Experiment) -> None:
-    one.world("arena", radius="1 m")
+    one.world("arena", options={"radius": "1 m"})
     one.robot("a", "woodbot", "kinematic")
 
 
 def twice(one: Experiment) -> None:
-    one.world("arena", radius="1 m")
-    one.world("arena", radius="2 m")
+    one.world("arena", options={"radius": "1 m"})
+    one.world("arena", options={"radius": "2 m"})
 
 
 def names_alike(one: Experiment) -> None:
-    one.world("arena", balls=[{"name": "ball"}, {"name": "ball", "x": 1.0}])
+    one.world(
+        "arena", options={"balls": [{"name": "ball"}, {"name": "ball", "x": 1.0}]}
+    )
     two(one)
 
 
 def nameless(one: Experiment) -> None:
-    one.world("arena", balls=[{"x": 1.0}])
+    one.world("arena", options={"balls": [{"x": 1.0}]})
     two(one)
 
 
 def taken(one: Experiment) -> None:
-    one.world("arena", balls=[{"name": "tick"}])
+    one.world("arena", options={"balls": [{"name": "tick"}]})
     two(one)
 
 
 def typo(one: Experiment) -> None:
-    one.world("arena", boxs=[])
+    one.world("arena", options={"boxs": []})
 
 
 def field(one: Experiment) -> None:
-    one.world("arena", boxes=[{"name": "crate", "weight": 3}])
+    one.world("arena", options={"boxes": [{"name": "crate", "weight": 3}]})
     two(one)
 
 
 def both(one: Experiment) -> None:
-    one.world("arena", radius=1, size=[1, 1])
+    one.world("arena", options={"radius": 1, "size": [1, 1]})
     two(one)
 
 
 def no_engine(one: Experiment) -> None:
     two(one)
-    one.world("arena", mjcf="room.xml")
+    one.world("arena", options={"mjcf": "room.xml"})
 
 
 @pytest.mark.parametrize(
@@ -101,7 +103,7 @@ def no_engine(one: Experiment) -> None:
         (names_alike, r"world 'arena': two things are called 'ball'"),
         (nameless, r"world 'arena': a thing is called ''; each has a name"),
         (taken, r"a thing is called 'tick', and every world has something else"),
-        (typo, r"world 'arena': there is no setting 'boxs'.*boxes"),
+        (typo, r"world 'arena': World.options has no field 'boxs'.*boxes"),
         (field, r"world 'arena': .*'weight'"),
         (both, r"world 'arena': there is a radius and a size"),
         (no_engine, r"world 'arena': mjcf is a model for MuJoCo.*driver mujoco"),
@@ -168,7 +170,7 @@ def test_a_broken_place_is_told(
 ) -> None:
     (tmp_path / "room.xml").write_text(ROOM.replace(*change))
     one = lab(tmp_path)
-    one.world("room", mjcf="room.xml")
+    one.world("room", options={"mjcf": "room.xml"})
     one.robot("a", "woodbot", "mujoco", world="room")
     with pytest.raises(ExperimentError, match=rf"world 'room': .*{what}"):
         one.check()
@@ -178,7 +180,7 @@ def test_a_broken_place_is_told(
 def test_a_place_of_ones_own(tmp_path: Path) -> None:
     (tmp_path / "room.xml").write_text(ROOM)
     one = lab(tmp_path)
-    one.world("room", mjcf="room.xml")
+    one.world("room", options={"mjcf": "room.xml"})
     one.robot("a", "woodbot", "mujoco", world="room")
     agents = one.check()
     robot, world = agents["robot/a"], agents["world/room"]

@@ -24,7 +24,7 @@ BOXES = [{"name": "y", "x": 0.09, "y": -1.1}, {"name": "z", "x": 1.3, "y": 0.45}
 def opened(engine: str, names: Iterable[str]) -> list[Any]:
     """These robots in one world, each where it belongs."""
     lab = Experiment("sensing", dt=0.1, duration="1 s")
-    lab.world("hall", size=[6.0, 6.0], boxes=BOXES)
+    lab.world("hall", options={"size": [6.0, 6.0], "boxes": BOXES})
     for name in names:
         kind, place = ROBOTS[name]
         lab.robot(name, kind, engine, world="hall", initial=place)

@@ -43,7 +43,7 @@ class Tall(Woodbot):
 def opened(driver: str, *places: dict[str, Any], **scene: Any) -> Iterator[Any]:
     """The world and its robots a, b, ..., and what drives them all."""
     lab = Experiment("shared", dt=DT, duration="1 s")
-    lab.world("arena", **scene)
+    lab.world("arena", options=scene)
     names = "abcdef"[: len(places)]
     for name, place in zip(names, places, strict=True):
         lab.robot(name, Tall, driver, world="arena", initial=place)
@@ -248,7 +248,7 @@ def test_two_in_one_place_are_refused(
 @each
 def test_robots_of_many_kinds(driver: str) -> None:
     lab = Experiment("kinds", dt=DT, duration="1 s")
-    lab.world("arena", size=[40, 40])
+    lab.world("arena", options={"size": [40, 40]})
     kinds = ["woodbot", "create2", "epuck", "pioneer3dx", "pioneer3at", "moose"]
     kinds += ["dynabot", "youbot", "youbot_base"]
     for i, kind in enumerate(kinds):

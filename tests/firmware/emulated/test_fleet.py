@@ -80,7 +80,7 @@ pace = 1.0
 [[input]]
 name = "keys"
 type = "csv"
-file = "keys.csv"
+options.file = "keys.csv"
 """
 ROBOT = """
 [[robot]]

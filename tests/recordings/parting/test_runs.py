@@ -23,7 +23,7 @@ def run(folder: Path, robots: dict[str, dict[str, Any]], **keys: str) -> Recordi
     lab = Experiment("lab", dt="20 ms", duration="6 s", folder=folder)
     for name, rows in keys.items():
         (folder / f"{name}.csv").write_text(HEAD + rows)
-        lab.input(name, "csv", file=f"{name}.csv", host="all")
+        lab.input(name, "csv", options={"file": f"{name}.csv"}, host="all")
     for name, told in robots.items():
         driver = "mujoco" if name == "mujoco" else "kinematic"
         source = f"input/{name if name in keys else 'right'}"

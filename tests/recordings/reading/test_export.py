@@ -33,7 +33,7 @@ def both(tmp_path: Path) -> Path:
     late: dict[str, Any] = {"since": 0.25, "every": 2, "initial": {"x": 0.2}}
     lab.robot("e", "epuck", "kinematic", options={"noise": True}, **late)
     lab.robot("y", "youbot", "kinematic", since=0.7)
-    lab.world("arena", radius="1 m")
+    lab.world("arena", options={"radius": "1 m"})
     lab.robot("p", "create2", "kinematic", world="arena", every=3)
     lab.output("log", "csv")
     lab.output("rec", "mcap")

@@ -8,18 +8,15 @@ from typing import Any
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
-from rems_net.agents.experiment.again.replayed import played
+from rems_net.agents.experiment.again.replayed import nested, played
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.protocol.plan import ROBOT, Plan, class_names, each
+from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan, class_names, each
 from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED, CALLS, verb_names
 from rems_net.engine.outside import Outside
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
-
-#: settings of an agent that `--set` looks through, in this order
-SLOTS = ("parameters", "options", "initial")
 
 
 @dataclass
@@ -285,7 +282,7 @@ def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
                     "it is "
                     "not run; take a recording of your own. (R0436)"
                 )
-        plan = Plan.read(kind, table, lab.folder, lab.dt)
+        plan = Plan.read(kind, nested(kind, table, lab.folder), lab.folder, lab.dt)
     except RemsError as error:
         raise ExperimentError(
             f"{key} cannot be made again in {lab.folder.resolve()}: {error}"

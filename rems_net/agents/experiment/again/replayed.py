@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from rems_net.agents import registry
+from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, Table, class_names
 from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap.columns import agents_of
 from rems_net.recordings.mcap.reader import McapFile
@@ -13,6 +14,21 @@ from rems_net.recordings.mcap.reader import McapFile
 REPLAY = "rems_net.inputs.replay"
 #: kinds of agents that can be played; a world has no agent of its own to stand for it
 PLAYED = ("input", "robot", "process")
+
+
+def nested(kind: str, table: Table, folder: Path) -> Table:
+    """Return the table of a recorded agent as it is written now.
+
+    Older recordings have the options of an input, a process, an output or a world
+    beside its name. Raises ExperimentError for a class that is gone.
+    """
+    if kind == "robot":
+        return table
+    cls: type[Agent] = registry.load(class_names(kind, table)[0], folder)
+    own = cls.options.schema.entries.keys() - {*cls.ins(), "options"}
+    flat = {word: table[word] for word in table if word in own}
+    rest = {word: table[word] for word in table if word not in own}
+    return {**rest, "options": flat} if flat else table
 
 
 def played(plan: Plan, file: McapFile) -> Plan | None:

@@ -5,10 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import floor, inf
 from pathlib import Path
+from typing import Any
 
 from rems_net.agents.diagnosis import describe
+from rems_net.agents.rules import check_rules
 from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.router.keys import check_name
 
 
 @contextmanager
@@ -65,13 +68,28 @@ def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
     raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint} (R0408)")
 
 
-def check_every(value: object) -> int:
-    return _whole(value, "every", 1, inf, "a whole number from 1")
+def check_common(
+    key: str, words: dict[str, Any], dt: float, folder: Path
+) -> dict[str, Any]:
+    """Take the words of every agent out of `words`, and return them as a plan has them.
 
-
-def check_restart(value: object) -> int:
-    often = "how often it is started again after a crash, such as 3"
-    return _whole(value, "restart", 0, 1000, often)
+    key: of the agent, whose process has this name by default. dt: s.
+    """
+    since, often = (
+        words.pop("since", 0.0),
+        "how often it is started again after a crash",
+    )
+    host, machine = words.pop("host", None), words.pop("machine", None)
+    tick = 0 if since in (0, "0 s") else round(seconds(since, "since") / dt)
+    every, restart = words.pop("every", 1), words.pop("restart", 0)
+    return {
+        "every": _whole(every, "every", 1, inf, "a whole number from 1"),
+        "restart": _whole(restart, "restart", 0, 1000, f"{often}, such as 3"),
+        "host": check_name(host, "host") if host else key,
+        "machine": check_name(machine, "machine") if machine else "",
+        "since": tick + 1,
+        "rules": check_rules(words.pop("rules", ()), folder),
+    }
 
 
 def check_seed(value: object) -> int:

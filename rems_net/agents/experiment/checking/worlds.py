@@ -6,7 +6,6 @@ from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
-from rems_net.agents.experiment.source.methods import check_settings
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.runtime import runtime
 from rems_net.agents.world import World, gather
@@ -26,11 +25,10 @@ def robot_host(name: str, host: str | None, world: str | None) -> str:
     return f"world/{check_name(world, 'world')}"
 
 
-def world_plan(name: str, settings: Mapping[str, Any], folder: Path) -> Plan:
+def world_plan(name: str, options: Mapping[str, Any], folder: Path) -> Plan:
     """Return the plan of a world; the world's process is that of its robots."""
-    check_settings(World, settings)
     host = f"world/{name}"
-    return Plan("world", name, [World], options=settings, host=host, folder=folder)
+    return Plan("world", name, [World], options=options, host=host, folder=folder)
 
 
 def fill_worlds(plans: Mapping[str, Plan], agents: Mapping[str, Agent]) -> None:

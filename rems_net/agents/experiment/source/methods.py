@@ -1,12 +1,14 @@
 """Mistakes in the methods of a user's class, with their line, before the start."""
 
 import inspect
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Callable, Collection, Mapping
 from functools import lru_cache
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import check_call, written
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.ports import Settings
+from rems_net.agents.protocol.plan import COMMON, Plan
 from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import RUNTIME
 from rems_net.errors import ExperimentError, SchemaError, nearest
@@ -23,8 +25,6 @@ CALLED: dict[str, tuple[str, ...]] = {
     "close": (),
     "made": (),
 }
-#: Settings of every agent, besides those of its class.
-COMMON = ("every", "since", "host", "rules")
 
 
 def built(plan: Plan) -> Agent:
@@ -78,24 +78,62 @@ def _takes_plan(init: Callable[..., None], robot: bool) -> bool:
     return True
 
 
-def check_settings(cls: type[Agent], settings: Mapping[str, object]) -> None:
-    """Refuse settings that an agent of this class lacks. Raises ExperimentError."""
-    options = list(cls.options.schema.entries)
-    for name in settings:
-        if name in options or name.partition("/")[0] in options:
-            continue
-        if name == "options":
-            raise ExperimentError(
-                "there is no options= here; write each setting as its own, such as "
-                f"{next(iter(options), 'gain')}=...; {_known(cls, options)}. (R0407)"
-            )
-        hint = nearest(name, [*options, *cls.ins(), *COMMON])
+def check_words(cls: type[Agent], words: Mapping[str, object]) -> None:
+    """Refuse words beside an agent's name that nothing takes. Raises ExperimentError.
+
+    words: those that are no In of this class, and none of the words of every agent.
+    """
+    check_nested(words, {"options": cls})
+    own, ins = cls.options.schema.entries, cls.ins()
+    options = f"options ({', '.join(own)})" if own else "options"
+    for word in words:
         raise ExperimentError(
-            f"there is no setting {name!r}; {_known(cls, options)}.{hint} (R0407)"
+            f"there is no setting {word!r}; beside its name it may have "
+            f"{', '.join([*ins, options, *COMMON])}."
+            f"{nearest(word, [*ins, *own, *COMMON])} (R0407)"
         )
 
 
-def _known(cls: type[Agent], options: list[str]) -> str:
-    ins = f"its Ins ({', '.join(cls.ins())})" if cls.ins() else ""
-    own = f"its options ({', '.join(options)})" if options else ""
-    return f"{cls.__name__} takes {', '.join(filter(None, [own, ins, *COMMON]))}"
+def check_nested(
+    words: Mapping[str, object],
+    declared: Mapping[str, type[Agent]],
+    known: Collection[str] = (),
+    *,
+    toml: bool = False,
+) -> None:
+    """Refuse settings of a class beside the agent's name: they have a table.
+
+    declared: by table, such as `options`, the class that declares it. known: the words
+    that do stand beside the name. toml: whether a file has them. Raises ExperimentError
+    with the table to write.
+    """
+    for slot, cls in declared.items():
+        settings = getattr(cls, slot, None)
+        if not isinstance(settings, Settings):
+            continue
+        own = settings.schema.entries.keys() - {*known}
+        flat = {w: words[w] for w in words if w.partition("/")[0] in own}
+        if flat:
+            raise ExperimentError(
+                f"{', '.join(flat)} {'belongs' if len(flat) == 1 else 'belong'} in the "
+                f"{slot} of {cls.__name__}; write {_table(slot, flat, toml)}. (R0407)"
+            )
+
+
+def _table(slot: str, settings: Mapping[str, object], toml: bool) -> str:
+    """Return settings as their table is written, in Python or in TOML."""
+    pairs = {word: _value(value, toml) for word, value in settings.items()}
+    if toml:
+        inner = ", ".join(f"{word} = {value}" for word, value in pairs.items())
+        return f"{slot} = {{ {inner} }}"
+    inner = ", ".join(f'"{word}": {value}' for word, value in pairs.items())
+    return f"{slot}={{{inner}}}"
+
+
+def _value(value: object, toml: bool) -> str:
+    if isinstance(value, str | bool | int | float):
+        in_json = isinstance(value, str) or (toml and isinstance(value, bool))
+        said = json.dumps(value, ensure_ascii=False) if in_json else repr(value)
+        if len(said) <= 60:
+            return said
+    return "..."

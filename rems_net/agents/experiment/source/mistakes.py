@@ -12,7 +12,7 @@ from rems_net.agents.experiment.source.code import (
     instructions,
 )
 from rems_net.agents.ports import In, Out, Port
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import COMMON, Plan
 from rems_net.agents.robot import Robot, combine
 from rems_net.agents.verbs import Verbs
 from rems_net.errors import SchemaError, nearest
@@ -20,19 +20,22 @@ from rems_net.uncaught import is_users
 
 #: base class of agents, by kind
 PLAIN: tuple[type[Agent], ...] = (Input, Process, Output, Robot)
-#: Settings that are given where an agent is added, besides the sources of its Ins.
-ADDED = ("host", "machine", "since", "type")
+#: Words where an agent is added, besides the sources of its Ins.
+ADDED = ("type", *COMMON)
 #: Similarity above which an attribute is taken for a misspelt port.
 ALIKE = 0.8
 
 
-def check_class(plan: Plan) -> None:
-    """Find missing and mixed-up parts of an agent's class. Raises SchemaError."""
+def check_class(plan: Plan, words: Collection[str] = ()) -> None:
+    """Find missing and mixed-up parts of an agent's class. Raises SchemaError.
+
+    words: those beside its name that are no In of it.
+    """
     cls = combine(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
     if users:
         _check_names(cls)
-        _check_directions(plan, cls)
+        _check_directions(plan, cls, words)
         _check_calls(cls, users)
         _check_attributes(plan.kind, cls, users)
 
@@ -54,7 +57,7 @@ def _check_names(cls: type[Agent]) -> None:
             )
 
 
-def _check_directions(plan: Plan, cls: type[Agent]) -> None:
+def _check_directions(plan: Plan, cls: type[Agent], words: Collection[str]) -> None:
     """Find an In where an Out belongs, and the other way round."""
     ports = cls.ports()
     if plan.kind == "robot":
@@ -62,7 +65,7 @@ def _check_directions(plan: Plan, cls: type[Agent]) -> None:
             _expect(name, ports[name], kind)
     elif plan.kind == "input" and cls.ins() and not cls.outs():
         _expect(*next(iter(ports.items())), Out)
-    for name in plan.options:
+    for name in words:
         if name in cls.outs():  # it is set where the agent is added, like a connection
             _expect(name, ports[name], In)
 

@@ -16,7 +16,7 @@ from tests.drivers.hardware.create2.scene import emulated, wheels
 
 LAB = """\
 experiment = { name = "lab", dt = "50 ms", duration = "60 s", pace = 1 }
-input = [{ name = "keys", type = "csv", file = "keys.csv" }]
+input = [{ name = "keys", type = "csv", options.file = "keys.csv" }]
 
 [[robot]]
 name = "real"

@@ -20,7 +20,7 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 def lab(folder: Path, port: str) -> Experiment:
     (folder / "keys.csv").write_text(KEYS)
     made = Experiment("create2", dt=0.05, duration=1.5, pace=1, folder=folder)
-    made.input("keys", "csv", file="keys.csv")
+    made.input("keys", "csv", options={"file": "keys.csv"})
     made.robot("model", "create2", "kinematic", command="input/keys")
     made.robot(
         "real", "create2", "create2", command="input/keys", options={"port": port}
