@@ -15,6 +15,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.badge import badge_of, new_run
 from rems_net.agents.protocol.messages import Farewell, Request, pack_beat, pack_done
 from rems_net.agents.protocol.roster import Roster
+from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.tick import Tick
 from rems_net.client import join
 from rems_net.engine.wiring import Entry
@@ -292,7 +293,7 @@ def test_what_is_asked_wrongly_is_refused_in_a_sentence(
 
     told = Told(ask)
     made = lab()
-    made.patience = 1.0
+    made.wait = Wait(back=1.0)
     assert made.run(tmp_path, pace=1, show=told).ticks == 150
     assert digest(tmp_path) == expected
 

@@ -18,7 +18,7 @@ LAB = """
 name = "lab"
 dt = "50 ms"
 duration = "{duration} s"
-patience = "{patience} s"
+wait = {{ back = "{back} s" }}
 pace = {pace}
 
 [[input]]
@@ -56,13 +56,13 @@ class Lab(Rig):
         return self
 
     def file(
-        self, *, duration: float = 10, patience: float = 30, pace: object = '"fast"'
+        self, *, duration: float = 10, back: float = 30, pace: object = '"fast"'
     ) -> str:
         """Write the experiment; everybody has it."""
         rows = [f"{n / 2},{0.1 * (n % 7)},{0.2 * (n % 5)}" for n in range(1, 2001)]
         head = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]"
         (self.folder / "keys.csv").write_text("\n".join([head, *rows, ""]), "utf-8")
-        text = LAB.format(duration=duration, patience=patience, pace=pace)
+        text = LAB.format(duration=duration, back=back, pace=pace)
         (self.folder / "lab.toml").write_text(text, encoding="utf-8")
         return "lab.toml"
 

@@ -42,7 +42,7 @@ def test_a_closed_run_goes_on(tmp_path: Path, fault: str) -> None:
 def test_a_closed_run_whose_router_does_not_come_back(tmp_path: Path) -> None:
     with Lab(tmp_path) as lab:
         hub, router = lab.build().router("hub")
-        lab.file(duration=60, pace=1, patience=3)
+        lab.file(duration=60, pace=1, back=3)
         run, bring = lab.run_and_bring(router)
         until(lambda: lab.rows() > 20, "rows", SOON)
         hub.kill()

@@ -30,10 +30,10 @@ def alone(
     router: str,
     duration: float,
     pace: object = '"fast"',
-    patience: float = 30,
+    back: float = 30,
 ) -> str:
     """The recording of the same experiment on one machine."""
-    lab.file(duration=duration, pace=pace, patience=patience)
+    lab.file(duration=duration, pace=pace, back=back)
     words = ("run", "lab.toml", "--alone", "--out", "alone", "--pace", "fast")
     lab.says("c", *words, router=router)
     return lab.digest("alone")
@@ -88,7 +88,7 @@ def test_a_partition_costs_time(tmp_path: Path, who: str, seconds: float) -> Non
     """Of the machine with the clock, and of that with the robot."""
     with Lab(tmp_path) as lab:
         _, router = lab.build().router("hub")
-        expected = alone(lab, router, duration=6, pace=1, patience=60)
+        expected = alone(lab, router, duration=6, pace=1, back=60)
         run, bring = lab.run_and_bring(router)
         until(lambda: lab.rows() > 20, "rows", SOON)
         lab.cut(who)
@@ -120,12 +120,12 @@ def test_a_one_way_cut(tmp_path: Path, what: str) -> None:
 
 
 @pytest.mark.parametrize("who", ["a", "b"])
-def test_a_partition_beyond_patience_ends_it_on_both_sides(
+def test_a_partition_that_is_too_long_ends_it_on_both_sides(
     tmp_path: Path, who: str
 ) -> None:
     with Lab(tmp_path) as lab:
         _, router = lab.build().router("hub")
-        lab.file(duration=60, pace=1, patience=3)
+        lab.file(duration=60, pace=1, back=3)
         run, bring = lab.run_and_bring(router)
         until(lambda: lab.rows() > 20, "rows", SOON)
         lab.cut(who)

@@ -29,7 +29,7 @@ class Scene:
     def __init__(self, lab: Lab, **settings: float):
         self.lab, self.settings = lab, settings
         self.router, self.endpoint = lab.router("hub")
-        lab.file(duration=8, pace=1, patience=settings.get("patience", 30))
+        lab.file(duration=8, pace=1, back=settings.get("back", 30))
         file = lab.folder / "lab.toml"
         text = file.read_text("utf-8")
         if "restart" in settings:
@@ -104,7 +104,7 @@ ROWS = [
         "an agent of another machine killed",
         lambda s: s.killed(s.pid("robot/two")),
         "ends",
-        {"patience": SHORT},
+        {"back": SHORT},
     ),
     Row(
         "an agent killed, with `restart = 1`",
@@ -112,9 +112,9 @@ ROWS = [
         settings={"restart": 1},
         same=False,
     ),
-    Row("the clock killed", Scene.clock_gone, "ends", {"patience": SHORT}),
+    Row("the clock killed", Scene.clock_gone, "ends", {"back": SHORT}),
     Row(f"the router killed, and back {AWAY:g} s later", Scene.router_away),
-    Row("a whole machine gone", Scene.machine_gone, "ends", {"patience": SHORT}),
+    Row("a whole machine gone", Scene.machine_gone, "ends", {"back": SHORT}),
     Row("an agent frozen for 10 s", lambda s: s.frozen(s.pid("robot/two"))),
     Row("the clock frozen for 10 s", lambda s: s.frozen(s.run.pid)),
     Row("the router frozen for 10 s", lambda s: s.frozen(s.router.pid)),
@@ -245,9 +245,9 @@ robot and the output on one machine, another robot on a second, the router on a 
 After {TICK} rows the fault comes. The seconds are from its end until the next row is
 recorded, or until no process of the run is left on the clock's machine. *Kept*: all
 that was recorded before is there, in whole rows. *Same bytes*: the recording is that
-of a run without a fault. `patience` was {SHORT:g} s. A full disk, few files and the
-system's time are those of a run on one machine. For `rems router serve` the seconds
-count until its agent is there again."""
+of a run without a fault. `wait` was {{ back = "{SHORT:g} s" }}. A full disk, few files
+and the system's time are those of a run on one machine. For `rems router serve` the
+seconds count until its agent is there again."""
 
 
 def section(found: Sequence[Found]) -> Section:

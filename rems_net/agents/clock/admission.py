@@ -78,7 +78,7 @@ class Admissions:
 
     def _look_after(self, now: float) -> None:
         """Give up members that are unseen for too long; start crashed ones again."""
-        patience = self._terms.patience
+        patience = self._terms.wait.back
         for member in [*self._doubtful]:
             if member.state is State.UNSEEN and now > member.until:
                 # Without the router every member is out of sight.
@@ -100,7 +100,7 @@ class Admissions:
 
     def _cut_off(self) -> AgentError:
         """Return the error of a run whose hosts waited for their router in vain."""
-        at, patience = self.session.link.endpoint, self._terms.patience
+        at, patience = self.session.link.endpoint, self._terms.wait.back
         return AgentError(
             "clock", f"the router at {at} is out of sight for {patience:g} s (R0522)"
         )
@@ -148,7 +148,7 @@ class Admissions:
     def _expect(self, member: Member) -> None:
         if member.state is not State.UNSEEN or not member.until:
             member.state = State.UNSEEN
-            member.until = time.monotonic() + self._terms.patience
+            member.until = time.monotonic() + self._terms.wait.back
             self._doubtful.add(member)
 
     def hear_farewell(self, member: Member | None, farewell: Farewell) -> None:
@@ -188,7 +188,7 @@ class Admissions:
         member.crashes += 1
         member.since = time.monotonic()
         member.due = member.since + backoff(member.crashes)
-        member.until = member.due + self._terms.patience
+        member.until = member.due + self._terms.wait.back
         self._doubtful.add(member)
         how = uncoded(error.cause).removeprefix("was ")
         info(

@@ -151,7 +151,7 @@ class Answers:
             member.first,
             self.pacing.dt,
             self.broadcaster.stops,
-            self.members.terms.patience,
+            self.members.terms.wait.back,
         )
         question.answer(question.key, pack(admission._asdict()))
 

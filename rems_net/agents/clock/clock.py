@@ -121,7 +121,7 @@ class Clock:
         Raises AgentError for one that fails or does not come.
         """
         agents = sum(len(agents) for agents in self.terms.hosts.values())
-        patience = self.terms.wait + agents * JOIN_TIME_EACH
+        patience = self.terms.wait.start + agents * JOIN_TIME_EACH
         deadline, away = time.monotonic() + patience, Away(self.terms)
         while missing := self.terms.hosts.keys() - self.members.all.keys():
             if sentence := away.news(missing):

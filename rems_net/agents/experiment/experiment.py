@@ -43,13 +43,14 @@ class Experiment(Lineup):
     pace: "fast", or a real-time factor (1.0 is real time).
     folder: where relative file names start. on_failure: if an agent fails or dies,
         "stop" ends the run, "drop" goes on without it.
-    patience: how long a machine may be out of sight, asleep or cut off, before its
-        agents count as dead. wait: how long a run waits for the agents that other
-        machines bring. catch_up: whether a run at a pace that was held hurries until it
-        is in time again; never with real robots. seed: of the random numbers of all
-        agents. native: whether agents use all features of this processor; then the last
-        digits of recordings differ from those of other processors. record: whether a
-        run that has no output of type mcap gets one, which writes run.mcap.
+    wait: how long a run waits for the agents that other machines bring, or a table:
+        {"start": "5 min", "back": "30 s"}; back is how long a machine may be out of
+        sight, asleep or cut off, before its agents count as dead.
+    catch_up: whether a run at a pace that was held hurries until it is in time again;
+        never with real robots. seed: of the random numbers of all agents.
+    native: whether agents use all features of this processor; then the last digits of
+        recordings differ from those of other processors. record: whether a run that has
+        no output of type mcap gets one, which writes run.mcap.
     """
 
     #: the output that a run has got, to record it
@@ -138,10 +139,9 @@ class Experiment(Lineup):
             tickets=hosts.tickets,
             machines=machines,
             outs={p.key: agents[p.key].published() for h in machines for p in every[h]},
-            wait=self.wait if machines else JOIN_TIME,
+            wait=self.wait if machines else self.wait._replace(start=JOIN_TIME),
             restarts=restarts(every),
             drop=self.on_failure == "drop",
-            patience=self.patience,
             catch_up=self.catch_up,
         )
         # before the folder's lock, whose error would name another cause

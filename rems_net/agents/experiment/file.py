@@ -34,6 +34,9 @@ EXPERIMENT = tuple(p for p in signature(Experiment).parameters if p != "folder")
 ROBOT = tuple(p for p in signature(Experiment.robot).parameters if p != "self")
 TABLES = ("experiment", *PHASES)
 
+#: Old keys of [experiment], and what to write instead.
+_MOVED = {"patience": ' Write wait = { back = "30 s" }.'}
+
 #: Reports of Python's reader about a backslash, and the likely meaning.
 _ESCAPES = ("Unescaped '\\'", "hex value", "Unicode scalar")
 _BACKSLASH = (
@@ -182,9 +185,10 @@ def _check_keys(
 ) -> None:
     for key in table:
         if key not in known:
+            hint = _MOVED.get(key) or nearest(key, [*known, *also])
             raise ExperimentError(
                 f"there is no key {key!r}; {what} may have {', '.join(known)}."
-                f"{nearest(key, [*known, *also])} (R0405)"
+                f"{hint} (R0405)"
             )
 
 

@@ -23,6 +23,7 @@ from rems_net.agents.experiment.checking.settings import (
     check_pace,
     check_seed,
     check_sources,
+    check_wait,
     count_ticks,
     origin,
     seconds,
@@ -34,7 +35,6 @@ from rems_net.agents.experiment.checking.worlds import (
 )
 from rems_net.agents.experiment.source.methods import built, check_words
 from rems_net.agents.experiment.source.mistakes import check_class
-from rems_net.agents.protocol.limits import PATIENCE, WAIT
 from rems_net.agents.protocol.plan import (
     Plan,
     robot_classes,
@@ -61,6 +61,7 @@ class Lineup:
         step="dt=",
         rate="dt=",
         speed="pace=",
+        patience='wait={"back": "30 s"}',
     )
     def __init__(
         self,
@@ -72,8 +73,7 @@ class Lineup:
         fabric: str = "",
         folder: Path | str = ".",
         on_failure: str = "stop",
-        patience: float | str = PATIENCE,
-        wait: float | str = WAIT,
+        wait: float | str | Mapping[str, float | str] | None = None,
         catch_up: bool = False,
         seed: int = 0,
         native: bool = False,
@@ -88,8 +88,7 @@ class Lineup:
         self.pace = check_pace(pace)
         self.folder = check_folder(folder)
         self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
-        self.patience = seconds(patience, "patience")
-        self.wait = seconds(wait, "wait")
+        self.wait = check_wait(wait)
         self.catch_up = check_flag(catch_up, "catch_up")
         self.seed = check_seed(seed)
         self.native = check_flag(native, "native")

@@ -6,10 +6,10 @@ AHEAD = 8
 #: s. Time to admit one agent, of which a host may have thousands.
 JOIN_TIME_EACH = 0.02
 #: s. Time for hosts to join, counted from the last one that did; and for those that
-#: people start on another machine.
-JOIN_TIME, WAIT = 30.0, 300.0
+#: people start on another machine, by default.
+JOIN_TIME, WAIT_START = 30.0, 300.0
 #: s. A member may be out of sight this long, by default.
-PATIENCE = 30.0
+WAIT_BACK = 30.0
 
 #: Exit status of a host that was not admitted, was given up, or lost its clock. This is
 #: no crash, so it is not started again.

@@ -162,7 +162,7 @@ class Admission(NamedTuple):
     """The clock's answer to a host that is admitted.
 
     first: the first tick that it receives       dt: seconds of a tick
-    patience: seconds for which either may be out of the other's sight
+    patience: seconds for which either may be out of the other's sight: `wait.back`
     """
 
     badge: int

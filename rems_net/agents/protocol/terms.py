@@ -2,9 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from rems_net.agents.protocol.limits import JOIN_TIME, PATIENCE
+from rems_net.agents.protocol.limits import JOIN_TIME, WAIT_BACK, WAIT_START
 from rems_net.defdict import Schema
+
+
+class Wait(NamedTuple):
+    """How long a run waits for other machines.
+
+    start: s, for hosts to join, counted from the last one that did.
+    back: s, for a member that is out of sight.
+    """
+
+    start: float = WAIT_START
+    back: float = WAIT_BACK
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,10 +30,9 @@ class Terms:
     tickets: by host, the number by which a host that this run started proves it
     machines: by host, the machine (`b`) that is to bring it
     outs: of agents that are started elsewhere, the ports as they are defined here
-    wait: seconds that hosts have to join, counted from the last one that did
+    wait: for hosts that have to join, or have to come back
     restarts: how often a host that crashed may be started again
     drop: whether the run goes on without a member that fails
-    patience: seconds a member may be out of sight
     open: the run never ends, waits for no host, and any host may come and go
     catch_up: whether a late run at a pace hurries until it is in time again
     """
@@ -33,9 +44,8 @@ class Terms:
     tickets: Mapping[str, int] = field(default_factory=dict)
     machines: Mapping[str, str] = field(default_factory=dict)
     outs: Mapping[str, Mapping[str, Schema]] = field(default_factory=dict)
-    wait: float = JOIN_TIME
+    wait: Wait = field(default=Wait(JOIN_TIME))
     restarts: Mapping[str, int] = field(default_factory=dict)
     drop: bool = False
-    patience: float = PATIENCE
     catch_up: bool = False
     open: bool = False

@@ -117,8 +117,12 @@ def test_what_is_really_driven_never_catches_up() -> None:
     )
     with pytest.raises(ExperimentError, match="catch_up is 1; expected true or false"):
         lab(catch_up=1)
-    with pytest.raises(ExperimentError, match="patience is -1; expected more than 0 s"):
-        lab(patience=-1)
+    with pytest.raises(ExperimentError, match="wait: back is -1; expected more than 0"):
+        lab(wait={"back": -1})
+    with pytest.raises(ExperimentError, match=r"wait has 'bakc'.*Did you mean 'back'"):
+        lab(wait={"bakc": 1})
+    with pytest.raises(ExperimentError, match=r'Write wait=\{"back": "30 s"\}'):
+        lab(patience=3)
 
 
 # -- out of sight ----------------------------------------------------------------------
@@ -167,16 +171,16 @@ def stop_and_go(seconds: float) -> Callable[[Clock], None]:
     return do
 
 
-def test_less_than_patience_costs_time_only(tmp_path: Path) -> None:
+def test_a_machine_that_is_back_in_time_costs_time_only(tmp_path: Path) -> None:
     """A laptop that sleeps for longer than its lease of 2 s, and comes back."""
-    made = away(2.0, patience=20)
+    made = away(2.0, wait={"back": 20})
     status, said, told = with_student(tmp_path, made, stop_and_go(4.0))
     assert status == 0, said
     assert not [line for line in told.lines if "out of sight" in line]
 
 
 def test_who_was_given_up_says_so_on_its_own_side(tmp_path: Path) -> None:
-    made = away(12.0, patience=1.0, on_failure="drop")
+    made = away(12.0, wait={"back": 1.0}, on_failure="drop")
     status, said, told = with_student(tmp_path, made, stop_and_go(6.0))
     (dropped,) = told.of("dropped")
     assert re.fullmatch(
@@ -212,7 +216,7 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
         try:
             with pytest.raises(AgentError):
                 # It holds a tick for longer than it is given.
-                away(4.0, patience=0.5).run(tmp_path / "first", show=Told(sleep))
+                away(4.0, wait={"back": 0.5}).run(tmp_path / "first", show=Told(sleep))
 
             def wake(clock: Clock) -> None:
                 until(lambda: clock.tick.n > 10)

@@ -12,7 +12,7 @@ from rems_net.agents.clock.members import Member, Members, State
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.messages import Farewell, Request
-from rems_net.agents.protocol.terms import Terms
+from rems_net.agents.protocol.terms import Terms, Wait
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
@@ -20,7 +20,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import until
 
-PATIENCE = 0.3
+BACK = 0.3
 
 
 class Run:
@@ -28,7 +28,7 @@ class Run:
 
     def __init__(self, **terms: object) -> None:
         hosts = {"h": frozenset(["robot/a"])}
-        given = Terms(0.1, hosts=hosts, tickets={"h": 7}, patience=PATIENCE, **terms)  # type: ignore[arg-type]
+        given = Terms(0.1, hosts=hosts, tickets={"h": 7}, wait=Wait(back=BACK), **terms)  # type: ignore[arg-type]
         self.members = Members(1, given)
         self.started: list[str] = []
         self.deaths: list[AgentError] = []
@@ -83,7 +83,7 @@ def seen(run: Run) -> Member:
     return member
 
 
-def test_out_of_sight_is_given_up_after_the_patience() -> None:
+def test_out_of_sight_is_given_up_when_its_time_is_over() -> None:
     run = Run()
     member = seen(run)
     run.admissions.notice(member.badge, alive=False)
@@ -93,14 +93,14 @@ def test_out_of_sight_is_given_up_after_the_patience() -> None:
     begun = time.monotonic()
     with pytest.raises(AgentError, match=r"robot/a: is out of sight on desk for 0.3 s"):
         run.wait(State.GONE)
-    assert time.monotonic() - begun >= PATIENCE
+    assert time.monotonic() - begun >= BACK
     assert states(member) == [State.GONE]
     with pytest.raises(ExperimentError, match="h was given up: is out of sight"):
         run.come(2)
 
 
 def test_who_crashes_out_of_sight_has_all_its_time_to_come_back() -> None:
-    """What was left of its patience before the crash does not count."""
+    """What was left of its time before the crash does not count."""
     run, told = Run(restarts={"h": 1}), list[Event]()
     member = seen(run)
     run.admissions.notice(member.badge, alive=False)
@@ -109,7 +109,7 @@ def test_who_crashes_out_of_sight_has_all_its_time_to_come_back() -> None:
         run.admissions.read(0.0)
         assert states(member) == [State.CRASHED]
         assert run.admissions.awaited()
-        # Its process is started after half a second, beyond the patience.
+        # Its process is started after half a second, when that time is over.
         run.until(lambda: bool(run.started))
         again = run.come(2)
     assert states(member, again) == [State.GONE, State.UNSEEN]

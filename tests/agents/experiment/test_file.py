@@ -193,3 +193,14 @@ def test_a_setting_beside_a_name_is_refused_in_python() -> None:
         lab.input("a", "csv", file="a.csv")
     with pytest.raises(ExperimentError, match=r'Write options=\{"radius": ...\}'):
         lab.world("a", radius="1 m")  # type: ignore[call-arg]
+
+
+def test_patience_is_refused_with_wait(tmp_path: Path) -> None:
+    path = tmp_path / "lab.toml"
+    path.write_text('[experiment]\npatience = "3 s"\n')
+    with pytest.raises(ExperimentError, match=r'Write wait = \{ back = "30 s" \}\.'):
+        load(path)
+    path.write_text('[experiment]\nwait = { back = "3 s" }\n')
+    assert load(path).wait == (300.0, 3.0)
+    path.write_text('[experiment]\nwait = "60 s"\n')
+    assert load(path).wait == (60.0, 30.0)

@@ -20,7 +20,7 @@ sys.path.insert(0, {str(ROOT)!r})
 from tests.agents.experiment.test_run import carts
 lab = carts(2)
 lab.plans["robot/r1"].machine = "b"
-lab.patience = 3.0
+lab.wait = lab.wait._replace(back=3.0)
 lab.run(sys.argv.pop(), pace=0.1)
 """
 

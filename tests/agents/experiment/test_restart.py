@@ -145,7 +145,7 @@ def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
     assert 20 <= len(rows(tmp_path / "cart.csv")) < ticks
 
 
-def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
+def away(tmp_path: Path, back: float, beside: Any) -> tuple[Told, str, str]:
     """A run with its robot brought by another program: what both said, and how."""
     students: list[subprocess.Popen[str]] = []
 
@@ -159,7 +159,7 @@ def away(tmp_path: Path, patience: float, beside: Any) -> tuple[Told, str, str]:
     with Router() as router:
         os.environ["REMS_ROUTER"] = router.endpoint
         try:
-            made = lab(pace=5.0, duration=60, patience=patience)
+            made = lab(pace=5.0, duration=60, wait={"back": back})
             made.plans["robot/cart"].machine = "b"
             made.run(tmp_path / "here", show=told)
         except AgentError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.diagnosis import describe
+from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.rules import check_rules
 from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
@@ -40,6 +41,24 @@ def seconds(value: object, what: str) -> float:
             f"{what} is {value!r}; expected more than 0 s and less than 1e9 s. (R0408)"
         )
     return number
+
+
+def check_wait(value: object) -> Wait:
+    """Return how long to wait for other machines: at the start, and until one is back.
+
+    value: for the start alone, or a table for both.
+    """
+    given = {} if value is None else {"start": value}
+    if isinstance(value, Mapping):
+        given = {str(word): one for word, one in value.items()}
+    for word in given:
+        if word not in Wait._fields:
+            raise ExperimentError(
+                f"wait has {word!r}; expected start or back, such as "
+                f'wait={{"back": "30 s"}}.{nearest(word, Wait._fields)} (R0408)'
+            )
+    one = {word: seconds(value, f"wait: {word}") for word, value in given.items()}
+    return Wait(**one)
 
 
 def check_pace(value: object) -> float:
