@@ -69,7 +69,7 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
     told = tomllib.loads(users)
     (tmp_path / "users.toml").write_text(users)
     (tmp_path / "users.toml").chmod(0o600)
-    plain, point, served, agent, restricted, known = blocks(page, "sh")
+    plain, point, served, agent, restricted, known = blocks(page, "sh")[:6]
     assert (served, agent.split()[:4]) == (
         "rems router serve\n",
         ["rems", "agent", "start", "robot"],
@@ -109,12 +109,13 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
 
 def test_several_laptops(tmp_path: Path) -> None:
     """The page's file and its lines, on two laptops; the second has no file."""
-    page = ROOT / "docs" / "machines.md"
-    run, bring, alone = blocks(page, "sh")
+    page = ROOT / "docs" / "router.md"
+    run, bring, alone = blocks(page, "sh")[6:]
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
-    (tmp_path / "here" / "lab.toml").write_text(blocks(page, "toml")[0])
-    (tmp_path / "here" / "keys.csv").write_text(blocks(page, "csv")[0])
+    lab = blocks(ROOT / "README.md", "toml")[0]
+    lab = lab.replace("[[robot]]\n", '[[robot]]\nmachine = "b"\n')
+    (tmp_path / "here" / "lab.toml").write_text(lab)
     with started(tmp_path / "here", run) as here:
         assert here.stdout is not None
         while "rems agent bring" not in (line := here.stdout.readline()):
