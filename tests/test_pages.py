@@ -210,36 +210,26 @@ def test_settings_of_your_own(tmp_path: Path) -> None:
 
 
 def test_results(tmp_path: Path) -> None:
-    """The page's program, and what it says to type about what that has left."""
+    """The page's program, the lines to type, and what it says of its robots."""
     pytest.importorskip("matplotlib")
     page = ROOT / "docs" / "results.md"
-    (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
-    done = rems(tmp_path, "rems run --direct lab.py")
-    assert done.returncode == 0, done.stderr
-    assert "sim - wide: " in done.stdout
-    assert "state/x [m]" in done.stdout
-    *lines, events = "".join(blocks(page, "sh")).splitlines()
-    for line in lines:
-        done = rems(tmp_path, line)
-        assert (done.returncode, done.stderr) == (0, ""), line
-    done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
-    assert (tmp_path / "state.svg").exists()
-
-
-def test_comparing(tmp_path: Path) -> None:
-    """What is told there of three robots is what their run says."""
-    pytest.importorskip("matplotlib")
-    page = ROOT / "docs" / "compare.md"
     (tmp_path / "weave.py").write_text(blocks(page, "python")[0])
     told = blocks(page, "txt")[0]
-    for i, line in enumerate(blocks(page, "sh")[0].splitlines()):
+    *lines, events = blocks(page, "sh")[0].splitlines()
+    for i, line in enumerate(lines):
         # As a script in processes it is run by tests/test_docs.py.
         done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
         assert (done.returncode, done.stderr) == (0, ""), line
-        assert i > 1 or done.stdout.endswith(f"\n\n{told}")
-        assert all(len(said) <= 80 for said in done.stdout.splitlines())
+        assert i > 1 or f"\n\n{told}" in done.stdout
+        if i:
+            assert all(len(said) <= 80 for said in done.stdout.splitlines())
+        else:
+            assert "state/x [m]" in done.stdout
+            assert "turns" in done.stdout
+    assert (tmp_path / "state.svg").exists()
+    done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
 
 
 def test_a_recording_in_one_file(tmp_path: Path) -> None:
