@@ -34,24 +34,20 @@ def test_a_driver_of_your_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "port", "page"),
-    [
-        ("create2", "ttyRobot", "hardware.md"),
-        ("dynabot", "ttyServos", "dynamixel.md"),
-    ],
+    ("name", "port", "block"), [("create2", "ttyRobot", 0), ("dynabot", "ttyServos", 1)]
 )
 def test_a_device_that_is_emulated(
-    tmp_path: Path, name: str, port: str, page: str
+    tmp_path: Path, name: str, port: str, block: int
 ) -> None:
     """The page's emulator, and its experiment: a model and a driver side by side."""
-    text = ROOT / "docs" / page
-    lab = blocks(ROOT / "docs" / "hardware.md", "toml")[0]
+    page = ROOT / "docs" / "hardware.md"
+    lab = blocks(page, "toml")[0]
     lab = lab.replace("create2", name).replace("ttyRobot", port)
     (tmp_path / "lab.toml").write_text(lab)
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
     )
-    with started(tmp_path, blocks(text, "sh")[0]) as emulator:
+    with started(tmp_path, blocks(page, "sh")[block]) as emulator:
         assert emulator.stdout is not None
         assert emulator.stdout.readline() == f"{name} at {port}; Ctrl+C ends it\n"
         done = rems(tmp_path, "rems run lab.toml")
