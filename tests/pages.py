@@ -13,9 +13,20 @@ from pathlib import Path
 from tests.agents.runs import ticking
 from tests.commands import Done, Running, command, environment, inside
 
+#: a block of a page that is a file beside it, with the language if its name has none
+SHOWN = re.compile(r"^```{literalinclude} (\S+)\n(?::language: (\w+)\n)?```$", re.M)
+LANGUAGES = {".py": "python", ".urdf": "xml"}
+
 
 def blocks(page: Path, language: str) -> list[str]:
-    text = page.read_text(encoding="utf-8")
+    """Return the blocks of a language, with the files that the page shows in full."""
+
+    def fence(match: re.Match[str]) -> str:
+        file = page.parent / match[1]
+        name = match[2] or LANGUAGES.get(file.suffix, file.suffix[1:])
+        return f"```{name}\n{file.read_text(encoding='utf-8')}```"
+
+    text = SHOWN.sub(fence, page.read_text(encoding="utf-8"))
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 

@@ -41,13 +41,14 @@ def test_a_device_that_is_emulated(
 ) -> None:
     """The page's emulator, and its experiment: a model and a driver side by side."""
     page = ROOT / "docs" / "hardware.md"
+    line = blocks(page, "sh")[block].splitlines()[0]
     lab = blocks(page, "toml")[0]
     lab = lab.replace("create2", name).replace("ttyRobot", port)
     (tmp_path / "lab.toml").write_text(lab)
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
     )
-    with started(tmp_path, blocks(page, "sh")[block]) as emulator:
+    with started(tmp_path, line) as emulator:
         assert emulator.stdout is not None
         assert emulator.stdout.readline() == f"{name} at {port}; Ctrl+C ends it\n"
         done = rems(tmp_path, "rems run lab.toml")

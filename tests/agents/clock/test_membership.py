@@ -28,7 +28,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, digest, in_one_host, until
 
-PLAIN = PARTS.parent.parent / "docs" / "plain_agent.py"
+PLAIN = PARTS.parent.parent / "docs" / "programs" / "plain_agent.py"
 
 
 def plain_agent() -> str:
@@ -63,7 +63,7 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def with_plain_agent(out: Path, beside: Any = None) -> None:
-    """Run the experiment with the agent in plain Zenoh in the place of `robot/plain`."""
+    """Run the experiment with the agent in plain Zenoh as `robot/plain`."""
     agents: list[subprocess.Popen[str]] = []
 
     def start(clock: Clock) -> None:
@@ -92,7 +92,9 @@ def with_plain_agent(out: Path, beside: Any = None) -> None:
     assert (agents[0].returncode, said) == (0, "")
 
 
-def test_the_agent_in_plain_zenoh_gives_the_same_bytes(tmp_path: Path, ours: str) -> None:
+def test_the_agent_in_plain_zenoh_gives_the_same_bytes(
+    tmp_path: Path, ours: str
+) -> None:
     code = plain_agent()
     assert "rems_net" not in code
     with_plain_agent(tmp_path)
