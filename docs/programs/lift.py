@@ -2,10 +2,11 @@ from rems_net import Definition, In, Out, Schema
 from rems_net.bodies import Body, Box, Cylinder, Hinge, Part, Servo, Slide
 from rems_net.units import angle, length, ratio
 
+MOVED = {"lift": angle(range=(-1, 1)), "reach": length(range=(0, 0.1))}
+
 
 class Arm(Definition):
-    moved = {"lift": angle(range=(-1, 1)), "reach": length(range=(0, 0.1))}
-    command = In(Schema("arm.command", moved | {"speed": ratio(range=(0, 1))}))
+    command = In(Schema("arm.command", MOVED | {"speed": ratio(range=(0, 1))}))
     state = Out(Schema("arm.state", {"lift": angle(), "reach": length()}))
 
     def body(self):
