@@ -210,7 +210,7 @@ def test_results(tmp_path: Path) -> None:
     """The page's program, the lines to type, and what it says of its robots."""
     pytest.importorskip("matplotlib")
     page = ROOT / "docs" / "results.md"
-    (tmp_path / "weave.py").write_text(blocks(page, "python")[0])
+    (tmp_path / "apart.py").write_text(blocks(page, "python")[0])
     told = blocks(page, "txt")[0]
     *lines, events = blocks(page, "sh")[0].splitlines()
     for i, line in enumerate(lines):
