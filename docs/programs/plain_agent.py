@@ -1,4 +1,4 @@
-"""An agent in plain Zenoh: a robot of an experiment, without rems_net (time.md)."""
+"""An agent in plain Zenoh: a robot of an experiment, as in time.md."""
 
 import hashlib
 import math
