@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: measure, and write docs/performance.md."""
+"""`python -m benchmarks`: measure, and write docs/measured/performance.md."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from benchmarks import (
 )
 from benchmarks.contest import Tell
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = Path(__file__).parent.parent / "docs" / "measured"
 EXAMPLES = """examples:
   python -m benchmarks                       all of it, about half an hour
   python -m benchmarks lockstep swarm        these two; the page keeps the others

@@ -9,8 +9,8 @@ TITLE = "The same bytes on every laptop"
 MATHS, PINNED, NATIVE = "maths", "pinned", "native"
 
 TEXT = """`rems_net.maths` computes its functions in products, sums and roots, and C
-libraries with every feature of the processor ([why](results.md)). Microseconds of one
-call, of a number and of an array of 1000; `sincos` in numpy are two calls."""
+libraries with every feature of the processor ([why](../results.md)). Microseconds of
+one call, of a number and of an array of 1000; `sincos` in numpy are two calls."""
 STEPS = """Pinned hosts use only what every processor has, and those of
 `rems run --native` everything. Both columns are measured in such processes: one step of
 0.1 s of a kinematic Woodbot, of 1000 in a host, of one in MuJoCo; and numpy's `exp` of

@@ -1,4 +1,4 @@
-"""docs/performance.md: one section per benchmark, replaced when it is run again."""
+"""measured/performance.md: one section per benchmark, replaced when it is run again."""
 
 from __future__ import annotations
 

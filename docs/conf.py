@@ -16,7 +16,7 @@ project = "rems_net"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 root_doc = "README"
 include_patterns = ["*.md", "docs/*.md", "docs/reference/*.rst", "deploy/*.md"]
-include_patterns += ["firmware/esp32_woodbot/README.md"]
+include_patterns += ["docs/measured/*.md", "firmware/esp32_woodbot/README.md"]
 #: folders without pages, which Sphinx would walk through
 exclude_patterns = ["**/.*", "rems_net", "tests", "benchmarks", "build", "dist", "runs"]
 exclude_patterns += ["venv", "examples"]

@@ -13,10 +13,32 @@ from pathlib import Path
 from tests.agents.runs import ticking
 from tests.commands import Done, Running, command, environment, inside
 
+#: a file beside a page; the site shows it below the paragraph that links it
+SHOWN = re.compile(r"\]\(((?:programs|rover)/[\w./]+)\)")
+LANGUAGES = {".py": "python", ".urdf": "xml"}
+#: programs that need a file, a device or an experiment beside them
+NEEDING = ("arm.py", "plain_agent.py", "serial_cart.py")
+
 
 def blocks(page: Path, language: str) -> list[str]:
-    text = page.read_text(encoding="utf-8")
+    """Return the blocks of a language, with the files that the page shows in full."""
+    text = "\n".join(_complete(page))
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def _complete(page: Path) -> Iterator[str]:
+    """Yield the lines of a page, with each file after the paragraph that links it."""
+    fenced, linked = False, list[str]()
+    for line in [*page.read_text(encoding="utf-8").splitlines(), ""]:
+        begins = line.startswith("```") and not fenced
+        while linked and (begins or not line):
+            file = page.parent / linked.pop(0)
+            name = LANGUAGES.get(file.suffix, file.suffix[1:])
+            yield f"```{'py' if file.name in NEEDING else name}"
+            yield f"{file.read_text(encoding='utf-8')}```"
+        fenced ^= line.startswith("```")
+        linked += [] if fenced else SHOWN.findall(line)
+        yield line
 
 
 def rems(folder: Path, line: str, **more: str) -> Done:

@@ -18,7 +18,7 @@ README = ROOT / "README.md"
 #: docs/defdict.md and docs/first_hour.md have tests of their own.
 PAGES = [
     p
-    for p in sorted(ROOT.glob("docs/*.md"))
+    for p in sorted([*ROOT.glob("docs/*.md"), *ROOT.glob("docs/measured/*.md")])
     if p.name not in ("defdict.md", "first_hour.md")
 ]
 #: runs scripts, each with its own names

@@ -34,24 +34,21 @@ def test_a_driver_of_your_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "port", "page"),
-    [
-        ("create2", "ttyRobot", "hardware.md"),
-        ("dynabot", "ttyServos", "dynamixel.md"),
-    ],
+    ("name", "port", "block"), [("create2", "ttyRobot", 0), ("dynabot", "ttyServos", 1)]
 )
 def test_a_device_that_is_emulated(
-    tmp_path: Path, name: str, port: str, page: str
+    tmp_path: Path, name: str, port: str, block: int
 ) -> None:
     """The page's emulator, and its experiment: a model and a driver side by side."""
-    text = ROOT / "docs" / page
-    lab = blocks(ROOT / "docs" / "hardware.md", "toml")[0]
+    page = ROOT / "docs" / "hardware.md"
+    line = blocks(page, "sh")[block].splitlines()[0]
+    lab = blocks(page, "toml")[0]
     lab = lab.replace("create2", name).replace("ttyRobot", port)
     (tmp_path / "lab.toml").write_text(lab)
     (tmp_path / "keys.csv").write_text(
         "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n1.0,4.0,4.0\n"
     )
-    with started(tmp_path, blocks(text, "sh")[0]) as emulator:
+    with started(tmp_path, line) as emulator:
         assert emulator.stdout is not None
         assert emulator.stdout.readline() == f"{name} at {port}; Ctrl+C ends it\n"
         done = rems(tmp_path, "rems run lab.toml")
@@ -69,7 +66,7 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
     told = tomllib.loads(users)
     (tmp_path / "users.toml").write_text(users)
     (tmp_path / "users.toml").chmod(0o600)
-    plain, point, served, agent, restricted, known = blocks(page, "sh")
+    plain, point, served, agent, restricted, known = blocks(page, "sh")[:6]
     assert (served, agent.split()[:4]) == (
         "rems router serve\n",
         ["rems", "agent", "start", "robot"],
@@ -109,12 +106,13 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
 
 def test_several_laptops(tmp_path: Path) -> None:
     """The page's file and its lines, on two laptops; the second has no file."""
-    page = ROOT / "docs" / "machines.md"
-    run, bring, alone = blocks(page, "sh")
+    page = ROOT / "docs" / "router.md"
+    run, bring, alone = blocks(page, "sh")[6:]
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
-    (tmp_path / "here" / "lab.toml").write_text(blocks(page, "toml")[0])
-    (tmp_path / "here" / "keys.csv").write_text(blocks(page, "csv")[0])
+    lab = blocks(ROOT / "README.md", "toml")[0]
+    lab = lab.replace("[[robot]]\n", '[[robot]]\nmachine = "b"\n')
+    (tmp_path / "here" / "lab.toml").write_text(lab)
     with started(tmp_path / "here", run) as here:
         assert here.stdout is not None
         while "rems agent bring" not in (line := here.stdout.readline()):
@@ -210,36 +208,26 @@ def test_settings_of_your_own(tmp_path: Path) -> None:
 
 
 def test_results(tmp_path: Path) -> None:
-    """The page's program, and what it says to type about what that has left."""
+    """The page's program, the lines to type, and what it says of its robots."""
     pytest.importorskip("matplotlib")
     page = ROOT / "docs" / "results.md"
-    (tmp_path / "lab.py").write_text(blocks(page, "python")[0])
-    done = rems(tmp_path, "rems run --direct lab.py")
-    assert done.returncode == 0, done.stderr
-    assert "sim - wide: " in done.stdout
-    assert "state/x [m]" in done.stdout
-    *lines, events = "".join(blocks(page, "sh")).splitlines()
-    for line in lines:
-        done = rems(tmp_path, line)
-        assert (done.returncode, done.stderr) == (0, ""), line
-    done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
-    assert (tmp_path / "state.svg").exists()
-
-
-def test_comparing(tmp_path: Path) -> None:
-    """What is told there of three robots is what their run says."""
-    pytest.importorskip("matplotlib")
-    page = ROOT / "docs" / "compare.md"
-    (tmp_path / "weave.py").write_text(blocks(page, "python")[0])
+    (tmp_path / "apart.py").write_text(blocks(page, "python")[0])
     told = blocks(page, "txt")[0]
-    for i, line in enumerate(blocks(page, "sh")[0].splitlines()):
+    *lines, events = blocks(page, "sh")[0].splitlines()
+    for i, line in enumerate(lines):
         # As a script in processes it is run by tests/test_docs.py.
         done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
         assert (done.returncode, done.stderr) == (0, ""), line
-        assert i > 1 or done.stdout.endswith(f"\n\n{told}")
-        assert all(len(said) <= 80 for said in done.stdout.splitlines())
+        assert i > 1 or f"\n\n{told}" in done.stdout
+        if i:
+            assert all(len(said) <= 80 for said in done.stdout.splitlines())
+        else:
+            assert "state/x [m]" in done.stdout
+            assert "turns" in done.stdout
+    assert (tmp_path / "state.svg").exists()
+    done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
 
 
 def test_a_recording_in_one_file(tmp_path: Path) -> None:

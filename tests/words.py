@@ -97,7 +97,7 @@ def counts() -> dict[str, dict[str, int]]:
 
 
 def pages() -> list[Path]:
-    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
 
 
 def texts(source: str) -> Iterator[str]:

@@ -87,6 +87,8 @@ def blocks() -> list[tuple[str, str]]:
         text = path.read_text(encoding="utf-8")
         for code in re.findall(r"^```py(?:thon)?\n(.*?)^```$", text, re.S | re.M):
             found.append((link, code))
+        for file in re.findall(r"\]\(((?:programs|rover)/[\w./]+\.py)\)", text):
+            found.append((link, (path.parent / file).read_text(encoding="utf-8")))
     for path in sorted((ROOT / "examples").glob("*.py")):
         found.append((f"``examples/{path.name}``", path.read_text(encoding="utf-8")))
     return found

@@ -14,6 +14,8 @@ from rems_net.doors import DOORS
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = "docs/reference/"
+#: a file beside a page, which is shown below the paragraph that links it
+PROGRAM = re.compile(r"\]\(((?:programs|rover)/[\w./]+)\)")
 #: page -> its words in the index
 INDEX: dict[str, list[str]] = {}
 
@@ -30,7 +32,7 @@ def read(app: Any, name: str, source: list[str]) -> None:
     elif name.startswith(REFERENCE):
         source[0] += page(name.removeprefix(REFERENCE))
     else:
-        source[0] = entries(source[0], _index(app)[name])
+        source[0] = entries("\n".join(_complete(source[0])), _index(app)[name])
     # A file that is no page is not part of the site: its name is shown.
     folder = (ROOT / name).parent
     link = re.compile(r"(?<!!)\[([^]]+)\]\(([\w./-]+)\)")
@@ -68,6 +70,18 @@ def _index(app: Any) -> dict[str, list[str]]:
         names = (name for name in app.env.found_docs if not name.startswith(REFERENCE))
         INDEX.update(index({n: (ROOT / f"{n}.md").read_text("utf-8") for n in names}))
     return INDEX
+
+
+def _complete(text: str) -> Iterator[str]:
+    """Yield the lines of a page, with each file after the paragraph that links it."""
+    fenced, linked = False, list[str]()
+    for line in [*text.splitlines(), ""]:
+        begins = line.startswith("```") and not fenced
+        while linked and (begins or not line):
+            yield f"\n```{{literalinclude}} {linked.pop(0)}\n```\n"
+        fenced ^= line.startswith("```")
+        linked += [] if fenced else PROGRAM.findall(line)
+        yield line
 
 
 def _named(link: re.Match[str], folder: Path) -> str:

@@ -216,7 +216,7 @@ class Definition(Robot):
 
     #: How far the state may be from the result of the definition's own mathematics, in
     #: slow motion, as a share of the distance moved: one number, or by field,
-    #: {"heading": 0.15}. `rems check` tests it for every driver; docs/robots_check.md.
+    #: {"heading": 0.15}. `rems check` tests it for every driver; docs/robots.md.
     tolerance: ClassVar[float | Mapping[str, float]] = 0.05
     #: s. Time to reach a tenth of full speed in slow motion, and to come to rest again:
     #: more for robots that are heavy for their grip.

@@ -1,4 +1,4 @@
-"""Every benchmark still runs, tiny; what it finds is for docs/performance.md to say."""
+"""Every benchmark still runs, tiny; its results are in measured/performance.md."""
 
 from __future__ import annotations
 

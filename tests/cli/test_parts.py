@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import sys
 from itertools import chain
 from pathlib import Path
@@ -17,9 +18,8 @@ from rems_net.cli import main
 from tests import commands
 from tests.cli.complaint import complaint
 from tests.commands import ROOT, Run, finished
-from tests.pages import blocks
 
-PAGE = ROOT / "docs" / "parts.md"
+ROVER = ROOT / "docs" / "rover"
 
 
 def names(*brought: str) -> str:
@@ -31,10 +31,7 @@ def names(*brought: str) -> str:
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where pip has installed the package of docs/parts.md, without a network."""
     work = tmp_path_factory.mktemp("rover")
-    source = work / "source"
-    source.mkdir()
-    (source / "pyproject.toml").write_text(blocks(PAGE, "toml")[0])
-    (source / "rover.py").write_text(blocks(PAGE, "python")[0])
+    source = shutil.copytree(ROVER, work / "source")
     options = ["--no-build-isolation", "--no-index", "--no-deps", "--quiet"]
     options += ["--disable-pip-version-check", "--target", str(work / "site")]
     done = finished([sys.executable, "-m", "pip", "install", *options, str(source)])
@@ -60,7 +57,7 @@ def test_a_package_that_brings_one_part_of_each_kind(
     folder: Path, site: Path, rems: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Definition, driver, input, process and output run, each in its own process."""
-    (folder / "rovers.toml").write_text(blocks(PAGE, "toml")[1])
+    shutil.copy(ROVER / "rovers.toml", folder)
     path = os.pathsep.join([str(ROOT), str(site)])
     done = commands.rems(folder, "run", "rovers.toml", PYTHONPATH=path)
     assert (done.returncode, done.stderr) == (0, "")

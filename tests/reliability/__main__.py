@@ -1,4 +1,4 @@
-"""`python -m tests.reliability`: measure, and write docs/reliability.md."""
+"""`python -m tests.reliability`: measure, and write docs/measured/reliability.md."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.reliability.robots import ROBOTS
 from tests.reliability.scene import PLACES
 
 DEVICES = [name for name, robot in ROBOTS.items() if robot.emulated]
-PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+PAGE = Path(__file__).parents[2] / "docs" / "measured" / "reliability.md"
 ALL = ("rig", "standstill", "devices", "stop", "floods", "faults", "attacks")
 #: tables whose rows can be measured one by one
 MENDED = ("standstill", "devices", "faults", "attacks")
@@ -49,7 +49,7 @@ EXAMPLES = """examples:
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.reliability",
-        description="Measure what faults do, and write docs/reliability.md.",
+        description="Measure what faults do, and write docs/measured/reliability.md.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -25,7 +25,7 @@ FILES = ("stops", "members", "texts", "tested")
 TEXT = """Programs that mean harm, performed by the suite on real routers, runs and
 robots. *Before* is what they did at commit 97ade92, *now* what they do today. The
 rights of a member with a password are in [a lesson with
-teams](class.md#who-may-do-what)."""
+teams](../class.md#who-may-do-what)."""
 
 
 class Outcome(NamedTuple):
@@ -129,7 +129,7 @@ def measure(
 
 
 def section(found: Sequence[tuple[Attack, Outcome]]) -> Section:
-    """What docs/reliability.md says."""
+    """What docs/measured/reliability.md says."""
     head = ["attack", "before", "now", "held"]
     rows = [
         [one.name, one.before, now.now, "yes" if now.held else "**no**"]

@@ -251,6 +251,6 @@ seconds count until its agent is there again."""
 
 
 def section(found: Sequence[Found]) -> Section:
-    """What docs/reliability.md says."""
+    """What docs/measured/reliability.md says."""
     lines = table(HEAD, [one.cells() for one in found])
     return Section("faults", "Faults, and what was recorded", TEXT, lines)

@@ -206,7 +206,7 @@ that it took."""
 
 
 def section(*groups: Sequence[Told]) -> Section:
-    """Return the section of docs/reliability.md; each group begins with a quiet run.
+    """Return the section of the page; each group begins with a quiet run.
 
     Of the floods it has the worst one.
     """

@@ -102,6 +102,6 @@ the loss of a link)."""
 
 
 def section(found: Sequence[Seen]) -> Section:
-    """What docs/reliability.md says."""
+    """What docs/measured/reliability.md says."""
     lines = table(HEAD, [one.cells() for one in found])
     return Section("rig", "The rig itself", TEXT, lines)

@@ -1,4 +1,4 @@
-"""docs/reliability.md: tables in marked places; all the rest of the page is kept."""
+"""measured/reliability.md: tables in marked places; the rest of the page is kept."""
 
 from __future__ import annotations
 

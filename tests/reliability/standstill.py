@@ -156,7 +156,7 @@ not move the robot."""
 DEVICES = f"""The same faults, with the drivers that ship and emulated devices. Servos
 of a Dynabot have a watchdog of their own. A Create 2 and the first firmware of the
 Woodbot have none: [another process holds their
-port](hardware.md#a-device-without-a-watchdog). The Woodbot's own firmware is on an
+port](../hardware.md#a-device-without-a-watchdog). The Woodbot's own firmware is on an
 open fabric, and a program commands it. The limit is {LIMIT} s."""
 
 
@@ -173,14 +173,14 @@ def _table(found: Sequence[Found], columns: dict[str, str], robots: bool) -> str
 
 
 def devices(found: Sequence[Found]) -> Section:
-    """Return the section of docs/reliability.md on the robots of a class."""
+    """Return the section of measured/reliability.md on the robots of a class."""
     columns = {name: robot.title for name, robot in ROBOTS.items() if robot.emulated}
     lines = _table(found, columns, robots=True)
     return Section("devices", "The same for the devices of a class", DEVICES, lines)
 
 
 def section(found: Sequence[Found]) -> Section:
-    """Return the section of docs/reliability.md on one robot in three places."""
+    """Return the section of measured/reliability.md on one robot in three places."""
     lines = _table(found, ROUTERS, robots=False)
     return Section(
         "standstill", "Seconds until a driven robot stands still", TEXT, lines

@@ -101,6 +101,6 @@ of each link to the router, one way; a STOP takes two of them."""
 
 
 def section(found: Sequence[Found]) -> Section:
-    """What docs/reliability.md says."""
+    """What docs/measured/reliability.md says."""
     lines = table(HEAD, [one.cells() for one in found])
     return Section("stop", "STOP: until the last of thirty robots stands", TEXT, lines)

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.commands import ROOT, python
 from tests.pages import blocks
 
-PAGE = ROOT / "docs" / "robots_check.md"
+PAGE = ROOT / "docs" / "robots.md"
 
 
 def steady(text: str) -> str:
@@ -17,7 +17,7 @@ def steady(text: str) -> str:
 
 
 def test_the_wrong_cart(tmp_path: Path) -> None:
-    (tmp_path / "cart.py").write_text(blocks(PAGE, "python")[0])
+    (tmp_path / "cart.py").write_text(blocks(PAGE, "python")[-1])
     done = python(tmp_path, "cart.py")
     assert (done.returncode, done.stderr) == (0, "")
     assert steady(done.stdout) == steady(blocks(PAGE, "text")[0])

@@ -26,7 +26,7 @@ examples:
 
 Of an experiment every agent steps twice, without a network; nothing is written
 and no device is opened. A robot is tried against what every robot must do
-(docs/robots_check.md). `robots` prints a table: how far each robot goes from
+(docs/robots.md). `robots` prints a table: how far each robot goes from
 its own mathematics in slow motion, as a share of the way, and how many steps of
 0.1 s it makes in a second. Hardware is emulated: exchanges per second, and ~
 before a share that differs from run to run. An ! is more than the definition

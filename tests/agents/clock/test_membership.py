@@ -1,10 +1,9 @@
-"""Who takes part: joining, refusals, and an agent that knows the page and no more."""
+"""Who takes part: joining, refusals, and an agent in plain Zenoh."""
 
 from __future__ import annotations
 
 import os
 import platform
-import re
 import signal
 import subprocess
 import sys
@@ -29,12 +28,11 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, digest, in_one_host, until
 
-PAGE = PARTS.parent.parent / "docs" / "time.md"
+PLAIN = PARTS.parent.parent / "docs" / "programs" / "plain_agent.py"
 
 
 def plain_agent() -> str:
-    (code,) = re.findall(r"```py\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    return str(code)
+    return PLAIN.read_text("utf-8")
 
 
 def lab(ticks: int = 60) -> Experiment:
@@ -65,7 +63,7 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def with_plain_agent(out: Path, beside: Any = None) -> None:
-    """Run the experiment with the page's agent in the place of `robot/plain`."""
+    """Run the experiment with the agent in plain Zenoh as `robot/plain`."""
     agents: list[subprocess.Popen[str]] = []
 
     def start(clock: Clock) -> None:
@@ -94,7 +92,9 @@ def with_plain_agent(out: Path, beside: Any = None) -> None:
     assert (agents[0].returncode, said) == (0, "")
 
 
-def test_the_page_holds_all_that_an_agent_needs(tmp_path: Path, ours: str) -> None:
+def test_the_agent_in_plain_zenoh_gives_the_same_bytes(
+    tmp_path: Path, ours: str
+) -> None:
     code = plain_agent()
     assert "rems_net" not in code
     with_plain_agent(tmp_path)
