@@ -41,7 +41,9 @@ def test_a_scene_has_its_walls_and_its_things_in_their_own_frame() -> None:
     assert area(wall["outline"]) == pytest.approx(0.2)
     assert max(x for x, _ in thing["outline"]) == pytest.approx(0.2)
     assert max(y for _, y in thing["outline"]) == pytest.approx(0.1)
-    assert (thing["at"], thing["solid"]) == ([1, 2, 0.05], {"box": [0.4, 0.2, 0.1]})
+    assert thing["at"] == [1, 2, 0.05]
+    assert thing["solids"] == [{"box": [0.4, 0.2, 0.1]}]
+    assert wall["solids"] == [{"box": [2.0, 0.1, 0.3], "at": [0.0, 1.0, 0.15]}]
 
 
 @pytest.mark.parametrize("definition", [Woodbot, Create2])
