@@ -145,7 +145,11 @@ def browser(folder: Path, *more: str) -> Iterator[Browser]:
         *(f"--user-data-dir={folder / 'browser'}", "--no-first-run"),
         *("--disable-background-networking", "--disable-component-update"),
         # WebGL without a graphics card.
-        *("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"),
+        *(
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+            "--hide-scrollbars",
+        ),
         *(*more, "about:blank"),
     ]
     if getattr(os, "geteuid", lambda: 1)() == 0:

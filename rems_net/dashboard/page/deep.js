@@ -99,7 +99,10 @@ export class Deep {
     for (const [agent, { meshes, solids = [], walls = [], things = [] }] of Object.entries(scenes)) {
       meshes?.forEach(({ corners, faces }, n) => this.canvas.add(`${agent} ${n}`, corners, faces));
       for (const one of [...walls, ...things].flatMap((some) => some.solids ?? []).concat(solids)) {
-        if (one.mesh !== undefined) one.name = `${agent} ${one.mesh}`;
+        if (one.mesh === undefined || !meshes?.[one.mesh]) continue;
+        const { corners } = meshes[one.mesh];
+        one.name = `${agent} ${one.mesh}`;
+        one.half = [0, 1, 2].map((k) => corners.reduce((most, v, i) => (i % 3 === k ? Math.max(most, Math.abs(v)) : most), 0));
       }
     }
     return true;
@@ -112,19 +115,16 @@ export class Deep {
       const on = link >= 0 && links[link] ? times(frame, links[link]) : frame;
       const pose = one.at || one.turn ? times(on, posed(one.at, one.turn)) : on;
       const dark = link >= 0 && link % 2 === 0 ? [...ink.slice(0, 3).map((v) => v * 0.7), ink[3]] : ink;
-      let [name, size] = ["box", one.box ?? [0.01, 0.01, 0.01]];
-      if (one.cylinder) [name, size] = ["cylinder", [one.cylinder[0], one.cylinder[0], one.cylinder[1]]];
-      if (one.ball) [name, size] = ["ball", one.ball];
-      if (one.name) [name, size] = [one.name, [1, 1, 1]];
-      this.put(name, pose, size, dark);
+      if (one.box) this.put("box", pose, one.box, dark);
+      else if (one.cylinder) this.put("cylinder", pose, [2 * one.cylinder[0], 2 * one.cylinder[0], one.cylinder[1]], dark);
+      else if (one.ball) this.put("ball", pose, one.ball.map((v) => 2 * v), dark);
+      else if (one.name && one.half) this.put(one.name, pose, [1, 1, 1], dark, one.half);
     }
   }
 
-  /** @param {string} name @param {Matrix} pose @param {number[]} size @param {Ink} ink */
-  put(name, pose, size, ink) {
+  /** @param {string} name @param {Matrix} pose @param {number[]} size @param {Ink} ink @param {number[]} [half] of the box around it */
+  put(name, pose, size, ink, half = size.map((v) => v / 2)) {
     this.canvas.solid(name, pose, size, ink);
-    // Half a box; of round bodies and meshes something that is about as large.
-    const half = size.map((v) => (name === "box" ? v / 2 : Math.min(v, 0.1)));
     for (let k = 0; k < 3; k++) {
       const reach = Math.abs(pose[k]) * half[0] + Math.abs(pose[k + 4]) * half[1] + Math.abs(pose[k + 8]) * half[2];
       this.low[k] = Math.min(this.low[k], pose[12 + k] - reach);
@@ -149,7 +149,7 @@ export class Deep {
       ? upright([pose.x, pose.y, pose.z ?? up], pose.heading, pose.pitch, pose.roll)
       : times(standing(pose, things), posed([0, 0, up]));
     if (!scene.solids?.length) {
-      this.put("cylinder", times(frame, posed([0, 0, RADIUS / 2])), [RADIUS, RADIUS, RADIUS], ink);
+      this.put("cylinder", times(frame, posed([0, 0, RADIUS / 2])), [2 * RADIUS, 2 * RADIUS, RADIUS], ink);
     }
     const bent = this.bent.get(port.agent) ?? [];
     this.bent.set(port.agent, bent);

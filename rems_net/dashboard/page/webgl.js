@@ -59,9 +59,9 @@ export class Canvas3 {
     this.shapes.clear();
     const side = (/** @type {number} */ r) => [[0, -0.5], [r, -0.5], [r, 0.5], [0, 0.5]];
     this.add("box", ...lathe(4, side(Math.SQRT1_2), Math.PI / 4));
-    this.add("cylinder", ...lathe(40, side(1)));
+    this.add("cylinder", ...lathe(40, side(0.5)));
     const round = Array.from({ length: 15 }, (_, j) => Math.PI * (j / 14 - 0.5));
-    this.add("ball", ...lathe(28, round.map((up) => [Math.cos(up), Math.sin(up)])));
+    this.add("ball", ...lathe(28, round.map((up) => [Math.cos(up) / 2, Math.sin(up) / 2])));
     this.strokes = this.corners(gl);
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
