@@ -185,7 +185,8 @@ class _Shapes:
                     self._left -= len(faces)
                     used, numbers = np.unique(faces, return_inverse=True)
                     corners = self._corners(geom)[used]
-                    words = {"mesh": len(self.meshes)}
+                    half = np.abs(corners).max(axis=0)
+                    words = {"mesh": len(self.meshes), "half": _numbers(half)}
                     self.meshes.append(
                         {
                             "corners": _numbers(corners.ravel()),

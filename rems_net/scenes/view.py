@@ -2,9 +2,9 @@
 
 Lengths are in m, angles in rad. An outline is a list of corners (x, y), seen from
 above. A solid is a box (its edges), a cylinder along z (radius and length), a ball
-(three radii) or a mesh (its number among `meshes`), with its middle `at` and its
-rotation `turn` in the frame of its owner: a link, a robot, a thing, or the place.
-Whatever is not flat is drawn in three dimensions by itself.
+(three radii) or a mesh (its number among `meshes`, and half a box about its origin).
+Its middle is `at` and its rotation `turn`, in the frame of its owner: a link, a thing,
+or the place. `flat` is false if a view from above hides too much.
 """
 
 from collections.abc import Iterator, Sequence

@@ -11,7 +11,7 @@ import { factor, nice } from "./units.js";
 /**
  * @typedef {object} Solid one shape, and its pose in the frame of its owner
  * @property {number[]} [box] edges, m @property {number[]} [cylinder] radius and length along z, m
- * @property {number[]} [ball] three radii, m @property {number} [mesh] number among the meshes @property {string} [name] of the mesh @property {number[]} [half] of the box around it
+ * @property {number[]} [ball] three radii, m @property {number} [mesh] number among the meshes @property {string} [name] of the mesh @property {number[]} [half] of the box around the mesh
  * @property {number[]} [at] @property {number[][]} [turn] @property {number} [link] -1: the robot itself
  */
 /**

@@ -37,9 +37,8 @@ export function about([x, y, z], angle) {
 
 /** The pose of a body with heading, pitch (up) and roll, in rad. @param {Point} at @param {number} heading @param {number} [pitch] @param {number} [roll] */
 export function upright(at, heading, pitch = 0, roll = 0) {
-  let made = posed(at, about([0, 0, 1], heading));
-  if (pitch) made = times(made, posed([0, 0, 0], about([0, 1, 0], -pitch)));
-  return roll ? times(made, posed([0, 0, 0], about([1, 0, 0], roll))) : made;
+  const lean = times(posed([0, 0, 0], about([0, 1, 0], -pitch)), posed([0, 0, 0], about([1, 0, 0], roll)));
+  return times(posed(at, about([0, 0, 1], heading)), lean);
 }
 
 /** @param {Matrix} m @param {Point} p @returns {Point} */

@@ -11,8 +11,7 @@ import { Canvas3 } from "./webgl.js";
 /** @typedef {{solids: Solid[], colour: number[], pose: Pose}} Thing */
 
 /** Pieces of a round wall, and its thickness, m. */
-const PIECES = 64;
-const WALL = 0.01;
+const [PIECES, WALL] = [64, 0.01];
 /** m. Size of a robot whose shape is not known. */
 const RADIUS = 0.05;
 /** rad. Half of the angle that is seen, up and down. */
@@ -99,10 +98,7 @@ export class Deep {
     for (const [agent, { meshes, solids = [], walls = [], things = [] }] of Object.entries(scenes)) {
       meshes?.forEach(({ corners, faces }, n) => this.canvas.add(`${agent} ${n}`, corners, faces));
       for (const one of [...walls, ...things].flatMap((some) => some.solids ?? []).concat(solids)) {
-        if (one.mesh === undefined || !meshes?.[one.mesh]) continue;
-        const { corners } = meshes[one.mesh];
-        one.name = `${agent} ${one.mesh}`;
-        one.half = [0, 1, 2].map((k) => corners.reduce((most, v, i) => (i % 3 === k ? Math.max(most, Math.abs(v)) : most), 0));
+        if (one.mesh !== undefined) one.name = `${agent} ${one.mesh}`;
       }
     }
     return true;
@@ -167,9 +163,11 @@ export class Deep {
   grid() {
     const reach = Math.max(0.3, ...[0, 1].flatMap((k) => [this.high[k], -this.low[k]]).filter(Number.isFinite)) * 1.2;
     const step = nice(reach / 8);
-    const [end, places] = [Math.ceil(reach / step) * step, /** @type {number[]} */ ([])];
-    for (let at = -end; at < end + step / 2; at += step) places.push(at, -end, 0, at, end, 0, -end, at, 0, end, at, 0);
-    this.canvas.line(places, ink(colour("--line"), 1), true);
+    const end = Math.ceil(reach / step) * step;
+    for (let at = -end; at < end + step / 2; at += step) {
+      this.canvas.line([at, -end, 0, at, end, 0], ink(colour("--line"), 1));
+      this.canvas.line([-end, at, 0, end, at, 0], ink(colour("--line"), 1));
+    }
   }
 
   /** @param {number} width @param {number} height */
@@ -212,9 +210,10 @@ export class Deep {
 function standing({ x, y, heading }, things) {
   for (const { pose, solids } of things) {
     const box = solids[0]?.box;
-    if (!box || !pose.pitch) continue;
     const frame = upright([pose.x, pose.y, pose.z ?? 0], pose.heading, pose.pitch, pose.roll);
     const normal = frame.slice(8, 11);
+    // A thing that has fallen over is no ramp, and a level one is not driven on.
+    if (!box || normal[2] < 0.7 || normal[2] > 0.9999) continue;
     const top = point(frame, [0, 0, box[2] / 2]);
     const z = top[2] - (normal[0] * (x - top[0]) + normal[1] * (y - top[1])) / normal[2];
     const from = [x - top[0], y - top[1], z - top[2]];

@@ -3,8 +3,6 @@
 /** @typedef {import("./body.js").Matrix} Matrix @typedef {number[]} Ink red, green, blue and how solid, 0 to 1 */
 /** @typedef {{vao: WebGLVertexArrayObject, count: number, instances: WebGLBuffer}} Shape */
 
-/** Numbers of one instance: a matrix and a colour. */
-const NUMBERS = 20;
 const VERTEX = `#version 300 es
 in vec3 corner; in vec4 m0, m1, m2, m3, ink; uniform mat4 see; out vec3 at; out vec4 colour;
 void main() {
@@ -28,7 +26,7 @@ export class Canvas3 {
     this.shapes = new Map();
     /** instances of each shape: solid ones, and those that can be seen through @type {Map<string, number[][]>[]} */
     this.solids = [new Map(), new Map()];
-    /** @type {{places: number[], ink: Ink, pairs: boolean}[]} */
+    /** @type {{places: number[], ink: Ink}[]} */
     this.lines = [];
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
@@ -91,7 +89,7 @@ export class Canvas3 {
     gl.bindBuffer(gl.ARRAY_BUFFER, instances);
     for (let i = 0; i < 5; i++) {
       gl.enableVertexAttribArray(i + 1);
-      gl.vertexAttribPointer(i + 1, 4, gl.FLOAT, false, NUMBERS * 4, i * 16);
+      gl.vertexAttribPointer(i + 1, 4, gl.FLOAT, false, 80, i * 16); // a matrix and a colour
       gl.vertexAttribDivisor(i + 1, 1);
     }
     this.shapes.set(name, { vao, count: faces.length, instances });
@@ -104,9 +102,9 @@ export class Canvas3 {
     if (!some.get(name)?.push(made)) some.set(name, [made]);
   }
 
-  /** Draw a line through places in the next picture. @param {number[]} places @param {Ink} ink @param {boolean} [pairs] only from each second place to the next */
-  line(places, ink, pairs = false) {
-    if (places.length) this.lines.push({ places, ink, pairs });
+  /** Draw a line through places in the next picture. @param {number[]} places @param {Ink} ink */
+  line(places, ink) {
+    if (places.length) this.lines.push({ places, ink });
   }
 
   /** Draw all that was added. @param {Matrix} see from the world to the picture @param {number[]} light */
@@ -125,10 +123,10 @@ export class Canvas3 {
       gl.bindVertexArray(strokes.vao);
       gl.bindBuffer(gl.ARRAY_BUFFER, strokes.buffer);
       for (let i = 0; i < 4; i++) gl.vertexAttrib4fv(i + 1, [0, 1, 2, 3].map((k) => Number(k === i)));
-      for (const { places, ink, pairs } of this.lines) {
+      for (const { places, ink } of this.lines) {
         gl.vertexAttrib4fv(5, ink);
         gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(places), gl.STREAM_DRAW);
-        gl.drawArrays(pairs ? gl.LINES : gl.LINE_STRIP, 0, places.length / 3);
+        gl.drawArrays(gl.LINE_STRIP, 0, places.length / 3);
       }
       gl.uniform1f(uniforms.shaded, 1);
       for (const some of this.solids) {
