@@ -179,7 +179,9 @@ class _Shapes:
         """Return a mesh as it is if there is room, else its hull, else a box."""
         mesh = int(self._model.geom_dataid[geom])
         if mesh not in self._known:
-            words = {"box": _numbers(2 * self._model.geom_aabb[geom][3:])}
+            words: dict[str, Any] = {
+                "box": _numbers(2 * self._model.geom_aabb[geom][3:])
+            }
             for faces in (self._faces(mesh), self._hull(mesh)):
                 if 0 < len(faces) <= self._left:
                     self._left -= len(faces)

@@ -85,7 +85,7 @@ export class Deep {
     what.trails.forEach((trail, i) => this.canvas.line(trail.flatMap(([x, y]) => [x, y, 0.002]), ink(series(i), 0.7)));
     this.camera(width, height);
     this.grid();
-    // The light comes from above, and from the left of who looks.
+    // The light comes from above, and from the left of the camera.
     this.canvas.draw(this.see, [0.47 * Math.cos(this.view.yaw - 0.6), 0.47 * Math.sin(this.view.yaw - 0.6), 0.88]);
   }
 
