@@ -14,6 +14,7 @@ import pytest
 from rems_net.bodies.tree import Tree
 from rems_net.engine.scenery import scene_of
 from rems_net.robots.scaler import BEGIN, Scaler
+from tests.agents.runs import until
 from tests.commands import command, environment
 from tests.dashboard.browser import Browser, browser
 
@@ -42,10 +43,10 @@ class Swing(Input):
 
 lab = Experiment("room", dt=0.02, duration="600 s", pace=1)
 lab.world("room", mjcf="room.xml")
-lab.input("ahead", Ahead, host="rest")
-lab.input("swing", Swing, host="rest")
+lab.input("ahead", Ahead, host="lab")
+lab.input("swing", Swing, host="lab")
 lab.robot("bot", "woodbot", "mujoco", world="room", command="input/ahead")
-lab.robot("arm", "youbot_arm", "kinematic", command="input/swing", host="rest")
+lab.robot("arm", "youbot_arm", "kinematic", command="input/swing", host="lab")
 lab.run("out")
 """
 DEEP = "rems.arena.isDeep"
@@ -90,8 +91,8 @@ def tab(link: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser
     with browser(tmp_path_factory.mktemp("browser")) as made:
         made.size(1280, 800)
         made.go(link)
-        made.until("rems.arena.robots().length == 2")
-        made.until("Object.keys(rems.arena.scenes).length == 3")
+        until(lambda: made.run("rems.arena.robots().length == 2"), 60)
+        until(lambda: made.run("Object.keys(rems.arena.scenes).length == 3"))
         yield made
         assert made.errors == []
 
@@ -166,7 +167,7 @@ def test_without_webgl_it_says_so_and_shows_it_from_above(
         tab.size(360, 740)
         tab.go(link)
         note = "document.querySelector('#arena-note').textContent"
-        assert tab.until(note) == (
+        assert until(lambda: tab.run(note), 60) == (
             "This browser has no WebGL2, so the arena is shown from above."
         )
         assert not tab.run(DEEP)

@@ -209,13 +209,9 @@ export class Arena {
     this.solid?.setAttribute("aria-pressed", String(this.isDeep));
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} on @param {number} width @param {number} height
-   * @param {Pick<Parameters<Deep["draw"]>[2], "robots" | "things" | "walls" | "rings">} what
-   */
+  /** @param {CanvasRenderingContext2D} on @param {number} width @param {number} height @param {Omit<import("./deep.js").What, "ghosts" | "trails" | "rays">} what */
   drawDeep(on, width, height, what) {
-    const { robots } = what;
-    const few = robots.length <= NAMED;
+    const [robots, few] = [what.robots, what.robots.length <= NAMED];
     this.deep.draw(width, height, {
       ...what, ghosts: this.ghosts(robots),
       trails: few && this.trails ? robots.map((one) => trailOf(one.port)) : [],

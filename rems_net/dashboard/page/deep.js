@@ -1,6 +1,6 @@
 // The arena in three dimensions: the bodies' own shapes, turned by mouse, touch and keys.
 
-import { about, linksOf, point, posed, times, upright } from "./body.js";
+import { linksOf, point, posed, times, upright } from "./body.js";
 import { by, colour, series } from "./dom.js";
 import { factor, nice } from "./units.js";
 import { Canvas3 } from "./webgl.js";
@@ -8,7 +8,8 @@ import { Canvas3 } from "./webgl.js";
 /** @typedef {import("./arena.js").Scene} Scene @typedef {import("./arena.js").Pose} Pose @typedef {import("./arena.js").Solid} Solid */
 /** @typedef {import("./store.js").Port} Port @typedef {import("./body.js").Matrix} Matrix @typedef {import("./webgl.js").Ink} Ink */
 /** @typedef {{port: Port, pose: Pose, scene: Scene}} Robot */
-/** @typedef {{solids: Solid[], colour: number[], pose: Pose}} Thing */
+/** @typedef {{solids: Solid[], colour: number[], pose: Pose}} Thing @typedef {{ray: {at: number[], direction: number[]}, far: number}} Beam */
+/** @typedef {{robots: Robot[], things: Thing[], walls: {solids?: Solid[]}[], rings: Map<number, number>, ghosts: Set<string>, trails: [number, number][][], rays: (robot: Robot) => Beam[]}} What */
 
 /** Pieces of a round wall, and its thickness, m. */
 const [PIECES, WALL] = [64, 0.01];
@@ -59,21 +60,14 @@ export class Deep {
     this.look = this.now = { far, at: [at[0] + s * dx * step - c * up, at[1] - c * dx * step - s * up, at[2]] };
   }
 
-  /**
-   * @param {number} width @param {number} height
-   * @param {{robots: Robot[], things: Thing[], walls: {solids?: Solid[]}[], rings: Map<number, number>, ghosts: Set<string>,
-   * trails: [number, number][][], rays: (robot: Robot) => {ray: {at: number[], direction: number[]}, far: number}[]}} what
-   */
+  /** @param {number} width @param {number} height @param {What} what */
   draw(width, height, what) {
     this.low = [Infinity, Infinity, Infinity];
     this.high = this.low.map((v) => -v);
     const wall = ink(colour("--wall"), 0.55);
     for (const one of what.walls) this.solids(one.solids ?? [], posed(), wall);
     for (const [radius, tall] of what.rings) this.ring(radius, tall, wall);
-    for (const one of what.things) {
-      const { pose } = one;
-      this.solids(one.solids, upright([pose.x, pose.y, pose.z ?? 0], pose.heading, pose.pitch, pose.roll), [...one.colour, 1]);
-    }
+    for (const { solids, pose, colour } of what.things) this.solids(solids, framed(pose, 0), [...colour, 1]);
     what.robots.forEach((robot, i) => {
       const ghost = what.ghosts.has(robot.port.agent);
       const frame = this.robot(robot, ink(series(i), ghost ? 0.3 : 1), what.things);
@@ -131,10 +125,8 @@ export class Deep {
   /** A round wall. @param {number} radius @param {number} tall @param {Ink} ink */
   ring(radius, tall, ink) {
     const size = [WALL, 2 * (radius + WALL) * Math.tan(Math.PI / PIECES), tall];
-    for (let i = 0; i < PIECES; i++) {
-      const turn = 2 * Math.PI * i / PIECES;
-      const out = radius + WALL / 2;
-      this.put("box", posed([out * Math.cos(turn), out * Math.sin(turn), tall / 2], about([0, 0, 1], turn)), size, ink);
+    for (let turn = 0; turn < 6.28; turn += 2 * Math.PI / PIECES) {
+      this.put("box", times(upright([0, 0, 0], turn), posed([radius + WALL / 2, 0, tall / 2])), size, ink);
     }
   }
 
@@ -142,7 +134,7 @@ export class Deep {
   robot({ port, pose, scene }, ink, things) {
     const up = scene.height ?? 0;
     const frame = pose.z !== undefined || scene.place
-      ? upright([pose.x, pose.y, pose.z ?? up], pose.heading, pose.pitch, pose.roll)
+      ? framed(pose, up)
       : times(standing(pose, things), posed([0, 0, up]));
     if (!scene.solids?.length) {
       this.put("cylinder", times(frame, posed([0, 0, RADIUS / 2])), [2 * RADIUS, 2 * RADIUS, RADIUS], ink);
@@ -210,7 +202,7 @@ export class Deep {
 function standing({ x, y, heading }, things) {
   for (const { pose, solids } of things) {
     const box = solids[0]?.box;
-    const frame = upright([pose.x, pose.y, pose.z ?? 0], pose.heading, pose.pitch, pose.roll);
+    const frame = framed(pose, 0);
     const normal = frame.slice(8, 11);
     // A thing that has fallen over is no ramp, and a level one is not driven on.
     if (!box || normal[2] < 0.7 || normal[2] > 0.9999) continue;
@@ -219,13 +211,17 @@ function standing({ x, y, heading }, things) {
     const from = [x - top[0], y - top[1], z - top[2]];
     const off = [0, 4].map((c) => Math.abs(from.reduce((sum, v, k) => sum + v * frame[c + k], 0)));
     if (z < 0 || off[0] > box[0] / 2 || off[1] > box[1] / 2) continue;
-    const [c, s] = [Math.cos(heading), Math.sin(heading)];
-    const rise = -(normal[0] * c + normal[1] * s) / normal[2];
+    const [[c, s], [l, m, n]] = [[Math.cos(heading), Math.sin(heading)], normal];
+    const rise = -(l * c + m * s) / n;
     const [a, b, d] = [c, s, rise].map((v) => v / Math.hypot(1, rise));
-    const [l, m, n] = normal;
     return [a, b, d, 0, m * d - n * b, n * a - l * d, l * b - m * a, 0, l, m, n, 0, x, y, z, 1];
   }
   return upright([x, y, 0], heading);
+}
+
+/** The frame of a body. @param {Pose} pose @param {number} up its height if the pose has none, m */
+function framed({ x, y, z, heading, pitch, roll }, up) {
+  return upright([x, y, z ?? up], heading, pitch, roll);
 }
 
 /** @param {string} hex such as #0072b2 @param {number} solid @returns {Ink} */

@@ -20,14 +20,11 @@ export class Canvas3 {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    /** @type {WebGL2RenderingContext | null} */
-    this.gl = null;
-    /** @type {Map<string, Shape>} */
-    this.shapes = new Map();
+    this.gl = /** @type {WebGL2RenderingContext | null} */ (null);
+    this.shapes = /** @type {Map<string, Shape>} */ (new Map());
     /** instances of each shape: solid ones, and those that can be seen through @type {Map<string, number[][]>[]} */
     this.solids = [new Map(), new Map()];
-    /** @type {{places: number[], ink: Ink}[]} */
-    this.lines = [];
+    this.lines = /** @type {{places: number[], ink: Ink}[]} */ ([]);
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.gl = null;
@@ -40,8 +37,7 @@ export class Canvas3 {
     const gl = this.canvas.getContext("webgl2");
     if (!gl || gl.isContextLost()) return false;
     const program = gl.createProgram();
-    const names = ["corner", "m0", "m1", "m2", "m3", "ink"];
-    names.forEach((name, i) => gl.bindAttribLocation(program, i, name));
+    ["corner", "m0", "m1", "m2", "m3", "ink"].forEach((name, i) => gl.bindAttribLocation(program, i, name));
     for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]])) {
       const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
       gl.shaderSource(shader, text);
@@ -146,10 +142,7 @@ export class Canvas3 {
   }
 }
 
-/**
- * What a line makes that turns about z. @param {number} n steps of the turn @param {number[][]} line distance from z, and z
- * @param {number} [begin] rad @returns {[number[], number[]]}
- */
+/** What a line makes that turns about z. @param {number} n steps @param {number[][]} line distance from z, and z @param {number} [begin] rad @returns {[number[], number[]]} */
 function lathe(n, line, begin = 0) {
   const [corners, faces] = [/** @type {number[]} */ ([]), /** @type {number[]} */ ([])];
   line.forEach(([r, z], j) => {
