@@ -6,22 +6,25 @@ put by a thread that does nothing else.
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeVar
 
 from rems_net.client import Fabric
-from rems_net.client.answers import NONSENSE, read_rows
+from rems_net.client.answers import NONSENSE, read_rows, read_schemas
 from rems_net.client.client import Gathered
 from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
 from rems_net.dashboard.protocol import described
+from rems_net.engine.scenery import scene_by
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, read
+
+T = TypeVar("T")
 
 #: s. A question for the state of the run waits this long.
 SHORT = 1.0
@@ -156,17 +159,35 @@ class Desk:
             return None if found is None else described(found)
         return None
 
-    def scenes(self) -> dict[str, Any]:
-        """Return the places and outlines that worlds and robots describe, by agent."""
-        gathered = Gathered(_read_map)
-        key = self.fabric.session.key
-        for kind in ("world", "robot"):
-            for mail in self.fabric.session.ask(
-                key(kind, "*", "@scene"), timeout=SHORT
-            ):
-                if len(gathered.values) < MOST:
-                    gathered.hear(mail)
-        return {"/".join(k.split("/")[1:3]): v for k, v in gathered.values.items()}
+    def scenes(self, agents: Set[str]) -> dict[str, Any]:
+        """Return the places and outlines of worlds and robots, by agent.
+
+        agents: those that are present. Robots that describe only their ports, as boards
+        do, look like the built-in definition with the same ports.
+        """
+        found = {
+            agent: scene
+            for kind in ("world", "robot")
+            for agent, scene in self._each(kind, "@scene", _read_map)
+        }
+        robots = {a for a in agents if a.startswith("robot/") and not a.endswith("/*")}
+        if robots - found.keys():
+            for agent, schemas in self._each("robot", "@schema", read_schemas):
+                if agent in robots and agent not in found:
+                    found[agent] = scene_by(schemas)
+        return found
+
+    def _each(
+        self, kind: str, question: str, read: Callable[[Mail], T]
+    ) -> Iterator[tuple[str, T]]:
+        """Yield the readable answers of all agents of a kind, each with its agent."""
+        gathered = Gathered(read)
+        key = self.fabric.session.key(kind, "*", question)
+        for mail in self.fabric.session.ask(key, timeout=SHORT):
+            if len(gathered.values) < MOST:
+                gathered.hear(mail)
+        for full, value in gathered.values.items():
+            yield "/".join(full.split("/")[1:3]), value
 
 
 def _read_map(mail: Mail) -> dict[str, Any]:

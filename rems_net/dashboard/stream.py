@@ -7,6 +7,7 @@ import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from typing import Any, TypeVar
 
 from rems_net.client import Fabric
@@ -258,5 +259,6 @@ class Stream:
             if self.feed.is_open and self._drawn != self.feed.agents:
                 self._drawn = set(self.feed.agents)
                 with suppress(RemsError):
-                    found = await self.in_thread(self.desk.scenes)
+                    ask = partial(self.desk.scenes, self._drawn)
+                    found = await self.in_thread(ask)
                     self._scenes = (self._scenes[0] + 1, found)

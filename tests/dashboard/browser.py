@@ -135,8 +135,8 @@ class Browser:
 
 
 @contextmanager
-def browser(folder: Path) -> Iterator[Browser]:
-    """Start a headless browser. Skip the test if there is none."""
+def browser(folder: Path, *more: str) -> Iterator[Browser]:
+    """Start a headless browser, with more words. Skip the test if there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip("There is no browser here (Chromium)")
@@ -144,7 +144,13 @@ def browser(folder: Path) -> Iterator[Browser]:
         *(program, "--headless", "--remote-debugging-port=0", "--disable-gpu"),
         *(f"--user-data-dir={folder / 'browser'}", "--no-first-run"),
         *("--disable-background-networking", "--disable-component-update"),
-        *("--hide-scrollbars", "about:blank"),
+        # WebGL without a graphics card.
+        *(
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+            "--hide-scrollbars",
+        ),
+        *(*more, "about:blank"),
     ]
     if getattr(os, "geteuid", lambda: 1)() == 0:
         words.insert(1, "--no-sandbox")

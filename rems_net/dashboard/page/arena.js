@@ -1,18 +1,29 @@
 // The arena from above: walls, things, robots at their poses, trails and rays.
 
-import { button, by, colour, pen, series } from "./dom.js";
+import { Deep } from "./deep.js";
+import { button, by, colour, pen, series, write } from "./dom.js";
 import { compare } from "./tree.js";
-import { factor } from "./units.js";
+import { factor, nice } from "./units.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").Port} Port */
 /** @typedef {[number, number]} Point */
-/** @typedef {{x: number, y: number, heading: number}} Pose m, m, rad */
+/** @typedef {{x: number, y: number, heading: number, z?: number, pitch?: number, roll?: number}} Pose m and rad */
+/**
+ * @typedef {object} Solid one shape, and its pose in the frame of its owner
+ * @property {number[]} [box] edges, m @property {number[]} [cylinder] radius and length along z, m
+ * @property {number[]} [ball] three radii, m @property {number} [mesh] number among the meshes @property {string} [name] of the mesh @property {number[]} [half] of the box around the mesh
+ * @property {number[]} [at] @property {number[][]} [turn] @property {number} [link] -1: the robot itself
+ */
 /**
  * @typedef {object} Scene what an agent says about its place
  * @property {number} [radius] of a round wall, m
- * @property {{outline: Point[]}[]} [walls]
- * @property {{name: string, outline: Point[], at: number[], heading: number, colour: number[]}[]} [things]
+ * @property {number} [height] of a round wall, or of a robot's origin, m
+ * @property {boolean} [flat] whether the view from above shows it well
+ * @property {{outline: Point[], solids?: Solid[]}[]} [walls]
+ * @property {{name: string, outline: Point[], solids?: Solid[], at: number[], heading: number, pitch?: number, roll?: number, colour: number[]}[]} [things]
  * @property {Point[]} [outline] of a robot, about its origin, m
+ * @property {Solid[]} [solids] @property {import("./body.js").Link[]} [links] @property {import("./body.js").Loop[]} [loops]
+ * @property {{corners: number[], faces: number[]}[]} [meshes]
  * @property {{name: string, at: number[], direction: number[], reach: number}[]} [rays]
  * @property {number[]} [place] of a robot that is bolted down
  * @property {string} [made_of]
@@ -41,13 +52,18 @@ export class Arena {
     this.now = { scale: 100, x: 0, y: 0 };
     this.trails = true;
     this.rays = true;
+    this.deep = new Deep();
+    /** whether it is drawn in 3-D; null: if something is not flat */
+    this.wanted = /** @type {boolean | null} */ (null);
+    this.isDeep = false;
     this.listen();
   }
 
   listen() {
     const { canvas } = this;
     const tools = by("arena-tools");
-    tools.append(button("fit", () => { this.view = null; }, "show everything"));
+    this.solid = button("3-D", () => { this.wanted = !this.isDeep; }, "show the bodies' own shapes");
+    tools.append(this.solid, button("fit", () => this.fit(), "show everything"));
     for (const what of /** @type {const} */ (["trails", "rays"])) {
       const toggle = button(what, () => {
         this[what] = !this[what];
@@ -74,27 +90,34 @@ export class Arena {
       if (other) {
         const ratio = Math.hypot(here[0] - other[0], here[1] - other[1]) / (Math.hypot(last[0] - other[0], last[1] - other[1]) || 1);
         this.zoom(ratio, other[0], other[1]);
-      } else this.move(here[0] - last[0], here[1] - last[1]);
+      } else this.move(here[0] - last[0], here[1] - last[1], !event.shiftKey);
       down.set(event.pointerId, here);
     });
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
       canvas.addEventListener(end, (event) => down.delete(event.pointerId));
     }
-    canvas.addEventListener("dblclick", () => { this.view = null; });
+    canvas.addEventListener("dblclick", () => this.fit());
     canvas.addEventListener("keydown", (event) => {
       const step = 40;
       const moves = /** @type {Record<string, Point>} */ ({ ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] });
-      if (event.key in moves) this.move(...moves[event.key]);
+      if (event.key in moves) this.move(...moves[event.key], !event.shiftKey);
       else if (event.key === "+") this.zoom(1.25, canvas.clientWidth / 2, canvas.clientHeight / 2);
       else if (event.key === "-") this.zoom(0.8, canvas.clientWidth / 2, canvas.clientHeight / 2);
-      else if (event.key === "0") this.view = null;
+      else if (event.key === "0") this.fit();
       else return;
       event.preventDefault();
     });
   }
 
+  /** Show everything. */
+  fit() {
+    this.view = null;
+    this.deep.fit();
+  }
+
   /** @param {number} ratio @param {number} px @param {number} py */
   zoom(ratio, px, py) {
+    if (this.isDeep) return this.deep.zoom(ratio);
     const old = this.now;
     const scale = Math.min(1e5, Math.max(0.1, old.scale * ratio));
     const dx = px - this.canvas.clientWidth / 2;
@@ -102,8 +125,9 @@ export class Arena {
     this.view = this.now = { scale, x: old.x + dx / old.scale - dx / scale, y: old.y - dy / old.scale + dy / scale };
   }
 
-  /** @param {number} dx @param {number} dy pixels */
-  move(dx, dy) {
+  /** @param {number} dx @param {number} dy pixels @param {boolean} turning in 3-D: turn, not move */
+  move(dx, dy, turning) {
+    if (this.isDeep) return turning ? this.deep.turn(dx, dy) : this.deep.move(dx, dy, this.canvas.clientHeight);
     const old = this.now;
     this.view = this.now = { ...old, x: old.x - dx / old.scale, y: old.y + dy / old.scale };
   }
@@ -127,11 +151,13 @@ export class Arena {
     const robots = this.robots();
     const places = [...Object.values(this.scenes), ...robots.map((one) => one.scene.arena ?? {})];
     const walls = places.flatMap((one) => one.walls ?? []);
-    const rings = [...new Set(places.map((one) => one.radius ?? 0))].filter((radius) => radius > 0);
+    const rings = new Map(places.filter((one) => one.radius).map((one) => [one.radius ?? 0, one.height ?? 0.1]));
     const things = this.things();
+    this.choose(places);
+    if (this.isDeep) return this.drawDeep(on, width, height, { robots, things, walls: unique(walls), rings });
     this.now = this.view ?? fit([
       ...walls.flatMap((one) => one.outline),
-      ...rings.flatMap((r) => /** @type {Point[]} */ ([[-r, -r], [r, r]])),
+      ...[...rings.keys()].flatMap((r) => /** @type {Point[]} */ ([[-r, -r], [r, r]])),
       ...things.flatMap((one) => one.outline.map((corner) => place(corner, one.pose))),
       ...robots.flatMap(({ pose, scene }) => (scene.outline?.length ? scene.outline : [[RADIUS, RADIUS], [-RADIUS, -RADIUS]])
         .map((corner) => place(/** @type {Point} */ (corner), pose))),
@@ -142,7 +168,7 @@ export class Arena {
     this.grid(on, width, height, at);
     on.fillStyle = colour("--wall");
     for (const wall of unique(walls)) polygon(on, wall.outline.map(at), true);
-    for (const radius of rings) {
+    for (const radius of rings.keys()) {
       on.beginPath();
       on.arc(...at([0, 0]), (radius + WALL) * scale, 0, 2 * Math.PI);
       on.arc(...at([0, 0]), radius * scale, 0, 2 * Math.PI, true);
@@ -167,11 +193,41 @@ export class Arena {
         label(on, port.agent.split("/")[1], [px, py - 14], colour("--ink"));
       }
     }
-    if (!robots.length && !walls.length && !rings.length) {
+    if (!robots.length && !walls.length && !rings.size) {
       label(on, "No robot here has a place on the floor.", [width / 2, height / 2], colour("--quiet"));
     }
+    this.describe("from above", robots);
+  }
+
+  /** Draw in 3-D if that is wanted, and this browser can. @param {Scene[]} places */
+  choose(places) {
+    const wanted = this.wanted ?? places.some((one) => one.flat === false);
+    const able = !wanted || this.deep.open(this.scenes);
+    this.isDeep = wanted && able;
+    this.deep.canvas.canvas.hidden = !this.isDeep;
+    write(by("arena-note"), able ? "" : "This browser has no WebGL2, so the arena is shown from above.");
+    this.solid?.setAttribute("aria-pressed", String(this.isDeep));
+  }
+
+  /** @param {CanvasRenderingContext2D} on @param {number} width @param {number} height @param {Omit<import("./deep.js").What, "ghosts" | "trails" | "rays">} what */
+  drawDeep(on, width, height, what) {
+    const [robots, few] = [what.robots, what.robots.length <= NAMED];
+    this.deep.draw(width, height, {
+      ...what, ghosts: this.ghosts(robots),
+      trails: few && this.trails ? robots.map((one) => trailOf(one.port)) : [],
+      rays: (robot) => (few && this.rays ? this.seen(robot) : []),
+    });
+    for (const { port, pose } of few ? robots : []) {
+      const at = this.deep.project([pose.x, pose.y, pose.z ?? 0], width, height);
+      if (at) label(on, port.agent.split("/")[1], [at[0], at[1] + 16], colour("--ink"));
+    }
+    this.describe("in 3-D", robots);
+  }
+
+  /** Say what the picture shows. @param {string} how @param {{port: Port, pose: Pose}[]} robots */
+  describe(how, robots) {
     const names = robots.slice(0, 20).map(({ port, pose }) => `${port.agent} at ${pose.x.toFixed(2)} m, ${pose.y.toFixed(2)} m`);
-    const said = `The arena from above. ${names.join("; ")}`;
+    const said = `The arena ${how}. ${names.join("; ")}`;
     if (performance.now() - this.told > 2000 && said !== this.canvas.getAttribute("aria-label")) {
       this.told = performance.now();
       this.canvas.setAttribute("aria-label", said);
@@ -185,7 +241,8 @@ export class Arena {
     return Object.entries(this.scenes).flatMap(([world, scene]) => (scene.things ?? []).map((thing) => {
       const port = this.store.ports.get(`${world}/${thing.name}`);
       const pose = port && poseOf(port, {}, "pose/");
-      return { ...thing, pose: pose ?? { x: thing.at[0], y: thing.at[1], heading: thing.heading } };
+      const { at: [x, y, z], heading, pitch, roll } = thing;
+      return { ...thing, solids: thing.solids ?? [], pose: pose ?? { x, y, z, heading, pitch, roll } };
     }));
   }
 
@@ -230,16 +287,11 @@ export class Arena {
 
   /** @param {CanvasRenderingContext2D} on @param {Port} port @param {string} ink @param {(point: Point) => Point} at */
   trail(on, port, ink, at) {
-    const [xs, ys] = [port.history.get("x"), port.history.get("y")];
-    if (!xs || !ys || xs.count !== ys.count) return;
-    const begin = xs.find(port.t - TRAIL);
-    const step = Math.max(1, Math.ceil((xs.count - begin) / POINTS));
-    const [toX, toY] = [factor(port.row("x")?.unit ?? "m", "m"), factor(port.row("y")?.unit ?? "m", "m")];
     on.strokeStyle = ink;
     on.lineWidth = 1.5;
     on.globalAlpha = 0.5;
     on.beginPath();
-    for (let i = begin; i < xs.count; i += step) on.lineTo(...at([xs.values[i] * toX, ys.values[i] * toY]));
+    for (const place of trailOf(port)) on.lineTo(...at(place));
     on.stroke();
     on.globalAlpha = 1;
   }
@@ -248,16 +300,12 @@ export class Arena {
    * @param {CanvasRenderingContext2D} on @param {{port: Port, pose: Pose, scene: Scene}} robot
    * @param {string} ink @param {(point: Point) => Point} at
    */
-  beams(on, { port, pose, scene }, ink, at) {
-    const sensors = this.store.ports.get(`${port.agent}/sensors`);
-    if (!sensors || !scene.rays) return;
+  beams(on, robot, ink, at) {
     on.strokeStyle = ink;
     on.lineWidth = 1;
     on.globalAlpha = 0.6;
-    for (const ray of scene.rays) {
-      const row = sensors.row(ray.name);
-      const far = sensors.number(ray.name) * factor(row?.unit ?? "m", "m");
-      if (!Number.isFinite(far)) continue;
+    const { pose } = robot;
+    for (const { ray, far } of this.seen(robot)) {
       const [dx, dy] = ray.direction;
       const end = at(place([ray.at[0] + dx * far, ray.at[1] + dy * far], pose));
       on.setLineDash(far < ray.reach ? [] : [2, 4]);
@@ -269,6 +317,15 @@ export class Arena {
     }
     on.setLineDash([]);
     on.globalAlpha = 1;
+  }
+
+  /** What a robot's distance sensors measure now, m. @param {{port: Port, scene: Scene}} robot */
+  seen({ port, scene }) {
+    const sensors = this.store.ports.get(`${port.agent}/sensors`);
+    return (sensors && scene.rays ? scene.rays : []).map((ray) => {
+      const far = (sensors?.number(ray.name) ?? NaN) * factor(sensors?.row(ray.name)?.unit ?? "m", "m");
+      return { ray, far };
+    }).filter(({ far }) => Number.isFinite(far));
   }
 
   /** @param {CanvasRenderingContext2D} on @param {number} width @param {number} height @param {(point: Point) => Point} at */
@@ -301,12 +358,6 @@ export class Arena {
   }
 }
 
-/** 1, 2 or 5 times a power of ten, at least so large. @param {number} least */
-export function nice(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
-}
-
 /** @param {Port} port @param {Scene} scene @param {string} [prefix] @returns {Pose | null} */
 export function poseOf(port, scene, prefix = "") {
   const of = (/** @type {string} */ path, /** @type {string} */ unit, /** @type {number | undefined} */ other) => {
@@ -317,7 +368,19 @@ export function poseOf(port, scene, prefix = "") {
   const x = of("x", "m", scene.place?.[0]);
   const y = of("y", "m", scene.place?.[1]);
   if (x === undefined || y === undefined) return null;
-  return { x, y, heading: of("heading", "rad", scene.place?.[2]) ?? 0 };
+  const [z, pitch, roll] = [of("z", "m", undefined), of("pitch", "rad", undefined), of("roll", "rad", undefined)];
+  return { x, y, z, pitch, roll, heading: of("heading", "rad", scene.place?.[2]) ?? 0 };
+}
+
+/** Where a robot has been, m. @param {Port} port @returns {Point[]} */
+function trailOf(port) {
+  const [xs, ys] = [port.history.get("x"), port.history.get("y")];
+  if (!xs || !ys || xs.count !== ys.count) return [];
+  const [begin, found] = [xs.find(port.t - TRAIL), /** @type {Point[]} */ ([])];
+  const step = Math.max(1, Math.ceil((xs.count - begin) / POINTS));
+  const [toX, toY] = [factor(port.row("x")?.unit ?? "m", "m"), factor(port.row("y")?.unit ?? "m", "m")];
+  for (let i = begin; i < xs.count; i += step) found.push([xs.values[i] * toX, ys.values[i] * toY]);
+  return found;
 }
 
 /** @param {Point} corner @param {Pose} pose @returns {Point} */
@@ -354,9 +417,9 @@ function fit(points, width, height, old) {
   return fits && wanted.scale >= old.scale * 0.95 ? old : wanted;
 }
 
-/** Robots of one arena each say its walls. @param {{outline: Point[]}[]} walls */
+/** Robots of one arena each say its walls. @param {{outline: Point[], solids?: Solid[]}[]} walls */
 function unique(walls) {
-  return [...new Map(walls.map((wall) => [JSON.stringify(wall.outline), wall])).values()];
+  return [...new Map(walls.map((wall) => [JSON.stringify(wall), wall])).values()];
 }
 
 /** @param {CanvasRenderingContext2D} on @param {Point[]} corners @param {boolean} filled */

@@ -1,8 +1,7 @@
 // Plots over time: one axis for each unit; pause, look back, another unit by a click.
 
 import { button, by, colour, make, pen, select, series, write } from "./dom.js";
-import { nice } from "./arena.js";
-import { alternatives, digits, factor, written } from "./units.js";
+import { alternatives, digits, factor, nice, written } from "./units.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").History} History */
 /** @typedef {{key: string, ink: number, shown: string}} Series `shown`: its unit */

@@ -65,6 +65,12 @@ export function written(unit) {
   return unit === "percent" ? "%" : unit.replaceAll("**", "^");
 }
 
+/** 1, 2 or 5 times a power of ten, at least so large. @param {number} least */
+export function nice(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
+}
+
 /** A number with six digits, at most. @param {number} value */
 export function digits(value) {
   if (!Number.isFinite(value)) return String(value);
