@@ -21,6 +21,9 @@ on, and *grown* is what the server's memory gains from then on."""
 BESIDE = """The same robots, as fast as possible, while others look at all their states:
 ticks per second of the run."""
 
+STOP = """From a click on STOP in one browser to STOP on the fabric, while all others
+look:"""
+
 HEAD = [
     "",
     "CPU [% of a core]",
@@ -67,12 +70,17 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
         Contender(pages, "beside", (robots, seconds, counts[-1])),
     ]
     ticks = interleave(beside, repeats, tell)
+    stopping = Contender("STOP", "stop", (robots, counts[-1], 3 if quick else 200))
+    stops = interleave([stopping], repeats, tell)
     text = [TEXT, table(HEAD, _rows(found)), BESIDE]
     rates = [
         [name, ticks.spread(name).show(".0f")] for name, runs in ticks.runs.items()
     ]
     text.append(table(["beside", "ticks per second"], rates))
-    missing = {**found.missing, **ticks.missing}
+    if not stops.missing:
+        times = [stops.spread("STOP", one).show(".1f") for one in ("stop", "stop p99")]
+        text += [STOP, table(["median [ms]", "p99 [ms]"], [times])]
+    missing = {**found.missing, **ticks.missing, **stops.missing}
     text += [f"Left out: {reason}" for reason in missing.values()]
     most = f"{robots} robots, {_many(counts[-1])}"
     aims = [
@@ -91,6 +99,9 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     if not ticks.missing:
         what = "ticks per second beside the page, over those beside `rems watch`"
         targets.append(Target(what, ticks.ratio(pages, WATCH), 0.9))
+    if not stops.missing:
+        what = f"p99 of STOP, {_many(counts[-1])} [ms]"
+        targets.append(Target(what, stops.spread("STOP", "stop p99"), 10, False))
     return Section("dashboard", TITLE, text, targets)
 
 

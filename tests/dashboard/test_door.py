@@ -17,6 +17,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
+from benchmarks.programs.page import resident
 from rems_net.client import join
 from rems_net.dashboard.pages import FULL
 from rems_net.dashboard.protocol import LARGEST, LONGEST, RATE
@@ -269,7 +270,11 @@ def attack(port: Port, rng: random.Random, seconds: float) -> int:
 def test_nonsense_never_ends_it(port: Port, seconds: float) -> None:
     with port.connect() as calm:
         port.hello(calm)
+        attack(port, random.Random(1), 1.0)  # what is loaded once
+        before = resident()
         assert attack(port, random.Random(25), seconds) > 5
         calm.send('{"do": "nothing", "id": 9}')
         assert answer(calm)["id"] == 9
     assert port.get("/")[0] == 200
+    # MB, of this process: the server, and all who attack it
+    assert not resident() - before > 20
