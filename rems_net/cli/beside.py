@@ -78,7 +78,7 @@ class Beside:
                 env={**os.environ, **known, "PYTHONIOENCODING": "utf-8"},
             )
         if class_ is not None and self._process.stdin is not None:
-            with suppress(OSError):  # it has failed, and said why
+            with suppress(OSError):  # it has ended, and its last line has the reason
                 self._process.stdin.write(json.dumps(class_.users) + "\n")
                 self._process.stdin.flush()
         reading = Thread(target=self._read, args=(self._process,), daemon=True)
