@@ -13,6 +13,7 @@ from benchmarks import (
     dashboard,
     driven,
     footprint,
+    hand,
     latency,
     load,
     lockstep,
@@ -46,6 +47,7 @@ ALL = {
     "start": start.measure,
     "footprint": footprint.measure,
     "dashboard": dashboard.measure,
+    "hand": hand.measure,
     "size": size.measure,
     "numerics": numerics.measure,
 }

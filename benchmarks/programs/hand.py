@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
-import tempfile
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -25,60 +23,18 @@ from typing import Any
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from rems_net import join
-from rems_net.client import Fabric
+from benchmarks.programs.shown import NAME, began, started
 from rems_net.dashboard.viewers.wire import SUBPROTOCOLS
-from rems_net.errors import FabricError
 from rems_net.router.mail import Mail
 from tests.dashboard.browser import browser
 
-SCRIPT = """
-from rems_net import Experiment
-lab = Experiment("hand", dt="20 ms", duration="600 s", pace=1, fabric="hand")
-for i in range({robots}):
-    lab.robot(f"r{{i}}", "woodbot", "kinematic", host="robots")
-lab.run("out")
-"""
 KEY = {"code": "ArrowUp", "key": "ArrowUp", "windowsVirtualKeyCode": 38}
-
-
-def began(stack: ExitStack, robots: int) -> tuple[Fabric, Path]:
-    """Start a run; return its fabric and its folder."""
-    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-    os.environ["XDG_RUNTIME_DIR"] = str(folder)
-    (folder / "lab.py").write_text(SCRIPT.format(robots=robots), encoding="utf-8")
-    started(stack, folder, "lab.py")
-    end = time.monotonic() + 60
-    while time.monotonic() < end:
-        try:
-            fabric = join("hand")
-            if len(fabric.agents()) >= robots:
-                return stack.enter_context(fabric), folder
-            fabric.session.close()
-        except FabricError:
-            pass
-        time.sleep(0.1)
-    raise SystemExit("the run does not begin")
-
-
-def started(stack: ExitStack, folder: Path, *words: str) -> subprocess.Popen[str]:
-    process = subprocess.Popen(
-        [sys.executable, *words],
-        cwd=folder,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    stack.callback(process.communicate)
-    stack.callback(process.terminate)
-    return process
 
 
 def links(stack: ExitStack, folder: Path) -> tuple[str, str, int]:
     """Start the page; return its link, the address of viewers, and its process."""
     words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--viewers")
-    page = started(stack, folder, *words, "--fabric", "hand")
+    page = started(stack, folder, *words, "--fabric", NAME)
     found = []
     assert page.stdout is not None
     for line in page.stdout:

@@ -4,12 +4,15 @@ A page in the run's own process would delay its ticks. The process ends with our
 we hold its standard input.
 """
 
+import json
 import os
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
+from pathlib import Path
 from threading import Thread
+from typing import NamedTuple
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
@@ -19,6 +22,19 @@ from rems_net.router.find import PASSWORD, USER
 
 #: s. The page gets this long to end by itself.
 ENDING = 2.0
+
+
+class ClassPages(NamedTuple):
+    """Pages for the users of a class, each with the own rights.
+
+    listen: the address for their browsers.
+    sheet: file for their links.
+    users: fabric and password by user.
+    """
+
+    listen: str
+    sheet: Path
+    users: dict[str, tuple[str, str]]
 
 
 class Beside:
@@ -32,16 +48,24 @@ class Beside:
         self._process: subprocess.Popen[str] | None = None
 
     def start(
-        self, endpoint: str, fabric: str, user: str = "", password: str = ""
+        self,
+        endpoint: str,
+        fabric: str,
+        user: str = "",
+        password: str = "",
+        class_: ClassPages | None = None,
     ) -> None:
         """Start it. The password travels in its environment, which is private.
 
-        user, password: of the session that all its browsers share; "" at a router
-            without users. It must not be the owner's: a page may do what its user may.
+        user, password: of the session that its browsers share; "" at a router without
+            users. It must not be the owner's: a page may do what its user may.
+        class_: users with a page of their own; their passwords travel through a pipe.
         """
         known = {USER: user, PASSWORD: password} if user else {}
         words = ["dashboard", "--beside", "--no-qr", "--at", endpoint]
         words += ["--fabric", fabric]
+        if class_ is not None:
+            words += ["--listen", class_.listen, "--sheet", str(class_.sheet)]
         with without_ctrl_c():
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "rems_net.cli", *words],
@@ -53,6 +77,10 @@ class Beside:
                 errors="replace",
                 env={**os.environ, **known, "PYTHONIOENCODING": "utf-8"},
             )
+        if class_ is not None and self._process.stdin is not None:
+            with suppress(OSError):  # it has ended, and its last line has the reason
+                self._process.stdin.write(json.dumps(class_.users) + "\n")
+                self._process.stdin.flush()
         reading = Thread(target=self._read, args=(self._process,), daemon=True)
         reading.start()
 

@@ -1,16 +1,20 @@
 """`rems dashboard`: a page that shows a fabric in the browser."""
 
 import argparse
+import json
 import sys
 from _thread import interrupt_main
 from importlib.util import find_spec
+from pathlib import Path
 from threading import Thread
 
 from rems_net.cli.qr import show_code
+from rems_net.cli.sheet import write_sheet
 from rems_net.cli.words import add_at, console, warn
 from rems_net.client import join
 from rems_net.errors import DeniedError, ExperimentError, MissingPartError
 from rems_net.router.gate.users import OWNER
+from rems_net.router.settings import Link
 
 EXAMPLES = """\
 examples:
@@ -51,12 +55,14 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="an address for Lichtblick, Foxglove and PlotJuggler, too",
     )
     parser.add_argument("--beside", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--sheet", type=Path, help=argparse.SUPPRESS)
     add_at(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl+C."""
     check(args)
+    users = json.loads(sys.stdin.readline()) if args.sheet else {}
     if args.beside:  # a run or a router: end with it
         Thread(target=_await_end, name="beside", daemon=True).start()
     from rems_net.dashboard.serving import listening_at, serve
@@ -70,8 +76,26 @@ def run(args: argparse.Namespace) -> int:
             if args.viewers:
                 print("For viewers that speak the Foxglove WebSocket protocol:")
                 print(f"  {door.viewers()[-1]}", flush=True)
-            serve(fabric, door, sock, args.rate, args.fabric, args.at)
+            accounts = invite(args, users, door.invite(users))
+            serve(fabric, door, sock, args.rate, args.fabric, args.at, accounts)
     return 0
+
+
+def invite(
+    args: argparse.Namespace, users: dict[str, list[str]], links: dict[str, str]
+) -> dict[str, Link]:
+    """Write the links of a class; return how its users join.
+
+    users: fabric and password by user, from the router's process.
+    """
+    if not users:
+        return {}
+    write_sheet(args.sheet, {n: (users[n][0], link) for n, link in links.items()})
+    print(f"Links of {len(users)} users, for your eyes only: {args.sheet}", flush=True)
+    return {
+        name: Link(args.at, fabric=fabric, user=name, password=password)
+        for name, (fabric, password) in users.items()
+    }
 
 
 def check_user(user: str) -> None:

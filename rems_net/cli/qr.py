@@ -1,4 +1,4 @@
-"""QR codes in a terminal."""
+"""QR codes in a terminal, and on paper."""
 
 import io
 
@@ -25,3 +25,10 @@ def draw(text: str) -> str:
     lines = io.StringIO()
     segno.make(text, micro=False).terminal(lines, border=4, compact=True)
     return lines.getvalue().rstrip("\n")
+
+
+def drawing(text: str) -> str:
+    """Return the QR code of a line as SVG, to be put into a page of HTML."""
+    import segno
+
+    return str(segno.make(text, micro=False).svg_inline(scale=4, border=4))

@@ -40,6 +40,8 @@ class Door:
         self.token = secrets.token_urlsafe(BITS // 8)
         #: token of viewers, which is another one; "" lets none in
         self.viewer = ""
+        #: token -> user that has a page of their own
+        self._users: dict[str, str] = {}
 
     def links(self, query: str = "") -> list[str]:
         """Return the links of the page, with its token; the last one reaches furthest.
@@ -48,6 +50,15 @@ class Door:
         """
         apart = [h for h in self.hosts if h not in ("localhost", "[::1]")]
         return [f"http://{h}:{self.port}/{query}#{self.token}" for h in apart]
+
+    def invite(self, users: Iterable[str]) -> dict[str, str]:
+        """Let these users in; return the link of each, with a token of its own."""
+        link, found = self.links()[-1].removesuffix(self.token), {}
+        for user in users:
+            token = secrets.token_urlsafe(BITS // 8)
+            self._users[token] = user
+            found[user] = link + token
+        return found
 
     def viewers(self) -> list[str]:
         """Let viewers in; return their addresses.
@@ -76,9 +87,17 @@ class Door:
         return self.is_here(host) and origin == f"http://{host}"
 
     def knows(self, token: object) -> bool:
-        """Return whether it is the token, in a time that does not depend on it."""
+        """Return whether it is a token, in a time that does not depend on it."""
+        return self.user_of(token) is not None
+
+    def user_of(self, token: object) -> str | None:
+        """Return the user whose token it is; "" for the page's own; None for none."""
         given = token if isinstance(token, str) and token.isascii() else ""
-        return hmac.compare_digest(given, self.token)
+        found = None
+        for one, user in (*self._users.items(), (self.token, "")):
+            if hmac.compare_digest(given, one):
+                found = user
+        return found
 
     def answer(self, path: str, host: str | None) -> Answer:
         """Return status, headers and body for a request of a file."""

@@ -43,6 +43,11 @@ class Page:
         waiting: int = self._link.transport.get_write_buffer_size()
         return waiting > FULL
 
+    def cut(self) -> None:
+        """End the connection at once if it does not take what waits for it."""
+        if self._link.transport.get_write_buffer_size():
+            self._link.transport.abort()
+
     def may_speak(self) -> bool:
         """Return whether another message keeps it below RATE."""
         now = time.monotonic()

@@ -6,7 +6,7 @@ import asyncio
 import logging
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -21,13 +21,15 @@ from websockets.http11 import Request, Response
 
 import rems_net
 from rems_net.client import Fabric
+from rems_net.dashboard.accounts import Accounts
 from rems_net.dashboard.door import VIEWERS, Door
 from rems_net.dashboard.hands import Hands
 from rems_net.dashboard.pages import Page
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers.meeting import Viewers, chosen
-from rems_net.errors import RemsError, WireError
+from rems_net.errors import FabricError, RemsError, WireError
+from rems_net.router.settings import Link
 
 #: pages at once, and connections that have not sent their token yet
 PAGES, STRANGERS = 64, 32
@@ -39,6 +41,8 @@ WRONG = 0.5
 PING = 20.0
 #: close codes: a wrong token, too many messages, another version of the page
 DENIED, NOISY, OTHER_VERSION = 4401, 4429, 4426
+#: close code of RFC 6455 and its registry: the page tries again by itself
+LATER = 1013
 QUIET = logging.getLogger("rems_net.dashboard.websockets")
 QUIET.setLevel(logging.CRITICAL)
 
@@ -48,6 +52,8 @@ class Server:
 
     rate: frames per second.
     again: joins the fabric once more, for a run that has begun elsewhere.
+    accounts: users that the door has invited, and how each joins: their pages act with
+        their rights.
     """
 
     def __init__(
@@ -56,8 +62,12 @@ class Server:
         door: Door,
         rate: float = 30.0,
         again: Callable[[], Fabric] | None = None,
+        accounts: Mapping[str, Link] | None = None,
     ):
         self.door = door
+        self.accounts: Accounts[Server] = Accounts(
+            accounts or {}, lambda theirs: Server(theirs, door, rate)
+        )
         self.stream = Stream(fabric, broadcast, rate, again)
         self.viewers = Viewers(door, self.stream, broadcast)
         self._strangers = 0
@@ -68,6 +78,9 @@ class Server:
         try:
             await self.stream.run()
         finally:
+            for page in self.stream.pages:  # a frozen browser would delay the end
+                page.cut()
+            self.accounts.end()
             self._stopper.shutdown(wait=False)
 
     async def listen(self, sock: socket.socket) -> Listener:
@@ -105,7 +118,7 @@ class Server:
                 {},
                 b"This is no page of it.\n",
             )
-        elif self._strangers >= STRANGERS or len(self.stream.pages) >= PAGES:
+        elif self._strangers >= STRANGERS or self._count() >= PAGES:
             status, headers = HTTPStatus.SERVICE_UNAVAILABLE, {}
             body = f"{PAGES} pages are open already.\n".encode()
         else:
@@ -128,6 +141,22 @@ class Server:
             self._strangers -= 1
         if hello is None:
             return
+        user = self.door.user_of(hello["hello"])
+        if not user:
+            await self._serve(link)
+            return
+        try:
+            async with self.accounts.of(user) as theirs:
+                await theirs._serve(link)
+        except FabricError:
+            await link.close(LATER, "the router does not let this user in now")
+
+    def _count(self) -> int:
+        """Return how many pages are open."""
+        return len(self.stream.pages) + self.accounts.pages
+
+    async def _serve(self, link: ServerConnection) -> None:
+        """Serve one page that has sent its token."""
         stream = self.stream
         page = Page(link, Hands(stream.fabric, stream.workers))
         await page.send({"welcome": self._welcome()})

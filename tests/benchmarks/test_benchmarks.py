@@ -73,6 +73,8 @@ def test_every_state_is_received(size: int) -> None:
         "numerics",
         "recording",
         "worlds",
+        "dashboard",
+        "hand",
     ],
 )
 def test_it_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:

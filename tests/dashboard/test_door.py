@@ -17,8 +17,10 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
+from benchmarks.programs.page import resident
 from rems_net.client import join
-from rems_net.dashboard.protocol import LONGEST, RATE
+from rems_net.dashboard.pages import FULL
+from rems_net.dashboard.protocol import LARGEST, LONGEST, RATE
 from rems_net.dashboard.serving import listening_at
 from rems_net.router.find import serve
 from tests.agents.runs import until
@@ -29,8 +31,8 @@ HELLO = {"hello": "", "version": 1}
 class Port:
     """A page's port, and a fabric with a clock behind it."""
 
-    def __init__(self, link: str, session: Any):
-        self.session = session
+    def __init__(self, link: str, session: Any, server: Any, end: Any):
+        self.session, self.server, self.end = session, server, end
         parts = urlsplit(link)
         self.netloc, self.token = parts.netloc, parts.fragment
         self.host, self.port = parts.hostname or "", parts.port or 0
@@ -74,8 +76,9 @@ def port(tmp_path: Any) -> Iterator[Port]:
         loop = asyncio.new_event_loop()
         ends = asyncio.Event()
 
+        server = Server(fabric, door)
+
         async def run() -> None:
-            server = Server(fabric, door)
             async with await server.listen(sock):
                 task = asyncio.create_task(server.run())
                 await ends.wait()
@@ -85,11 +88,15 @@ def port(tmp_path: Any) -> Iterator[Port]:
 
         thread = Thread(target=loop.run_until_complete, args=(run(),))
         thread.start()
-        try:
-            yield Port(door.links()[0], session)
-        finally:
+
+        def end() -> None:
             loop.call_soon_threadsafe(ends.set)
             thread.join()
+
+        try:
+            yield Port(door.links()[0], session, server, end)
+        finally:
+            end()
             loop.close()
             note.unlink(missing_ok=True)
 
@@ -179,6 +186,46 @@ def test_a_request_that_does_not_fit_is_answered_in_a_sentence(port: Port) -> No
             assert sentence in answer(socket)["error"]
 
 
+def deaf(port: Port) -> socket.socket:
+    """Open a page that sends its token, and never reads anything."""
+    link = socket.socket()
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    link.connect((port.host, port.port))
+    key = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + "A" * 22 + "=="
+    head = f"GET / HTTP/1.1\r\nHost: {port.netloc}\r\nOrigin: http://{port.netloc}"
+    upgrade = "Connection: Upgrade\r\nUpgrade: websocket"
+    link.sendall(f"{head}\r\n{upgrade}\r\n{key}\r\n\r\n".encode())
+    text = json.dumps(HELLO | {"hello": port.token}).encode()
+    # a text of less than 126 bytes, masked by zeros
+    link.sendall(bytes([0x81, 0x80 | len(text), 0, 0, 0, 0]) + text)
+    return link
+
+
+def test_a_page_that_reads_nothing_costs_little_and_delays_no_end(port: Port) -> None:
+    stream, session = port.server.stream, port.session
+    put = session.publisher("rems/world/big/state")
+    here = session.present("rems/world/big/@alive")
+    link = deaf(port)
+    until(lambda: stream.pages)
+    (page,) = stream.pages
+
+    def full() -> bool:
+        put.put(bytes(60_000))
+        return bool(page.is_full)
+
+    until(full, 60.0)
+    end = time.monotonic() + 1.0
+    while time.monotonic() < end:
+        full()
+        assert page.link.transport.get_write_buffer_size() < FULL + 2 * LARGEST
+        time.sleep(0.01)
+    begun = time.monotonic()
+    port.end()
+    assert time.monotonic() - begun < 5.0
+    for one in (link, put, here):
+        one.close()
+
+
 def test_a_flood_and_a_giant_end_their_own_page_only(port: Port) -> None:
     with port.connect() as calm, port.connect() as flood, port.connect() as giant:
         for socket in (calm, flood, giant):
@@ -223,7 +270,11 @@ def attack(port: Port, rng: random.Random, seconds: float) -> int:
 def test_nonsense_never_ends_it(port: Port, seconds: float) -> None:
     with port.connect() as calm:
         port.hello(calm)
+        attack(port, random.Random(1), 1.0)  # what is loaded once
+        before = resident()
         assert attack(port, random.Random(25), seconds) > 5
         calm.send('{"do": "nothing", "id": 9}')
         assert answer(calm)["id"] == 9
     assert port.get("/")[0] == 200
+    # MB, of this process: the server, and all who attack it
+    assert not resident() - before > 20

@@ -11,6 +11,7 @@ from rems_net.agents.experiment.show import Reports
 from rems_net.cli import typed
 from rems_net.cli.dashboard import check_library
 from rems_net.cli.qr import show_code
+from rems_net.cli.sheet import sheet_of
 from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
@@ -40,6 +41,7 @@ examples:
   rems router serve
   rems router serve --dashboard                        with a page
   rems router serve --class names.csv                  teams, kept apart
+  rems router serve --class names.csv --pages          and a page for each phone
   rems router serve --dt "50 ms" --users users.toml    members and guests
   rems router serve --listen tcp/127.0.0.1:{PORT}      this machine only
   {VARIABLE}=tcp/192.168.1.20 rems router serve     the clock alone
@@ -82,6 +84,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--dashboard", action="store_true", help="show it on a page in the browser"
     )
     parser.add_argument(
+        "--pages",
+        action="store_true",
+        help="a page for the phone of each user, with the own rights; links to print",
+    )
+    parser.add_argument(
         "--no-qr", action="store_true", help="no QR code of the line to type"
     )
 
@@ -89,8 +96,13 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl+C; report members that come and go, and obey typed lines."""
     dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
-    if args.dashboard:
+    if args.dashboard or args.pages:
         check_library()
+    if args.pages and not (args.names or args.users):
+        raise ExperimentError(
+            "--pages makes a page for each user, and without a list there are none; "
+            "type: rems router serve --class names.csv --pages (R0904)"
+        )
     fabric = check_name(args.fabric, "--fabric")
     with suppress(KeyboardInterrupt), _session(args, fabric) as session:
         typed.obey(session, log)
@@ -116,19 +128,31 @@ def _page(args: argparse.Namespace, session: Session) -> Iterator[None]:
     """Serve the page beside the router, for this machine, if it is asked for.
 
     Where there are users, its browsers have the rights of the first teacher or member:
-    the session of this process may do more than anybody else.
+    the session of this process may do more than anybody else. With --pages each user
+    has a page, too, where the router listens.
     """
-    if not args.dashboard:
+    if not (args.dashboard or args.pages):
         yield
         return
-    from rems_net.cli.beside import Beside
+    from rems_net.cli.beside import Beside, ClassPages
 
     host, port = host_and_port(session.link.endpoint)
     at = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else session.link.endpoint
     page = Beside(log)
     users = session.link.users
     name = next((n for n in users.names[MEMBERS] if n != OWNER), "") if users else ""
-    page.start(at, session.fabric, name, users.passwords[name] if users else "")
+    class_ = None
+    if args.pages and users:
+        fabrics = {
+            n: users.standings()[n][1] or session.fabric for n in users.passwords
+        }
+        class_ = ClassPages(
+            host,
+            sheet_of(args.names or args.users),
+            {n: (f, users.passwords[n]) for n, f in fabrics.items() if n != OWNER},
+        )
+    password = users.passwords[name] if users else ""
+    page.start(at, session.fabric, name, password, class_)
     try:
         yield
     finally:
