@@ -10,8 +10,8 @@ from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
 
-from rems_net.client.driving import PERIOD
 from rems_net.dashboard.door import Answer, Door, refusal
+from rems_net.dashboard.hands import CHECK
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers import wire
 from rems_net.dashboard.viewers.grip import Grip
@@ -89,7 +89,7 @@ class Viewers:
         self._ports = Ports(self._stream.fabric, workers.submit)
         self._tasks = [
             asyncio.create_task(self._every(1.0 / self._stream.rate, self._frame)),
-            asyncio.create_task(self._every(PERIOD, self._look)),
+            asyncio.create_task(self._every(CHECK, self._look)),
         ]
 
     def _end(self) -> None:
