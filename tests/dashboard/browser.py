@@ -127,11 +127,12 @@ class Browser:
             **more,
         )
 
-    def click(self, code: str, hold: float = 0.0) -> None:
-        """Press the mouse on an element, and let it go `hold` seconds later."""
+    def click(self, code: str, hold: str = "") -> None:
+        """Press the mouse on an element; let it go once `hold` is true there."""
         x, y = self.place(code)
         self.mouse("mousePressed", x, y)
-        time.sleep(hold)
+        if hold:
+            self.until(hold)
         self.mouse("mouseReleased", x, y)
 
     def key(self, key: str, code: str, text: str = "") -> None:

@@ -277,9 +277,7 @@ def test_what_a_network_has_held_up_is_not_obeyed(
             drive(one, here)
             relay.hold(True)
             end = time.monotonic() + seconds
-            while time.monotonic() < end:
-                one.put(0.5)
-                time.sleep(0.05)
+            until(lambda: one.pushed() and time.monotonic() > end, seconds + 20)
             stands(here)
             before = here.robot("bot").state.get()
             relay.hold(False)
