@@ -222,6 +222,8 @@ If the page's server is killed, nobody publishes it: the robot itself ends the l
 command, within `max_age` + 0.1 s = 0.6 s. While a fabric is paused, ticks do not grow
 old, so the page's server counts by its own clock; if it is killed then, the seconds
 count from when time goes on. The gamepad is one that a script shows to the page."""
+    if (nice := os.nice(0)) != 0:  # on a machine that is busy with other things
+        text += f"\nAll these programs ran with priority nice {nice}."
     rest = [[title, *cells] for title, cells in rows.items()]
     return Section(
         "hands", "Seconds until a person's hand lets go", text, table(head, rest)
