@@ -175,6 +175,32 @@ def test_values_are_read_by_another_decoder(lab: Viewed, protocol: str) -> None:
         assert before
 
 
+def test_frames_of_all_robots(lab: Viewed, here: Fabric) -> None:
+    dynamic = pytest.importorskip("mcap_ros2._dynamic")
+    with viewer(lab.link) as one:
+        number = one.look("/tf")
+        channel = one.channels["/tf"]
+        name = channel["schemaName"]
+        read = dynamic.generate_dynamic(name, channel["schema"])[name]
+
+        def poses() -> dict[str, Any]:
+            _, message = one.values.get(number, (0, b""))
+            rows = read(message).transforms if message else []
+            return {row.child_frame_id: row for row in rows}
+
+        first = until(lambda: poses().get("bot"))
+        assert first.header.frame_id == "world"
+        one.name()
+        drive(one, here)
+
+        def moved() -> bool:
+            a, b = first.transform.translation, poses()["bot"].transform.translation
+            return math.hypot(b.x - a.x, b.y - a.y) > 0.01
+
+        until(moved)
+        assert "/robot/bot/state" in one.channels  # nobody subscribed to it
+
+
 def test_a_viewer_drives_and_lets_go(lab: Viewed, here: Fabric) -> None:
     with viewer(lab.link) as one:
         one.name()
