@@ -26,6 +26,7 @@ from rems_net.dashboard.viewers.grip import Echo
 from rems_net.dashboard.viewers.wire import SUBPROTOCOLS, read_stick, read_topic
 from rems_net.errors import WireError
 from tests.agents.runs import until
+from tests.dashboard.test_drive_page import stands
 from tests.dashboard.test_page import Lab
 
 BOT = "/robot/bot/command"
@@ -147,14 +148,6 @@ def drive(one: Viewer, here: Fabric, more: float = 0.01) -> None:
         return math.hypot(bot.state.x - x, bot.state.y - y) > more
 
     until(there)
-
-
-def stands(here: Fabric) -> None:
-    def still() -> bool:
-        first, *others = list(here.robot("bot").watch("state", 5))
-        return all(one == first for one in others)
-
-    until(still)
 
 
 @pytest.mark.parametrize("protocol", SUBPROTOCOLS)

@@ -9,6 +9,7 @@ from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
+from rems_net.dashboard.feed import AT_ONCE
 from rems_net.dashboard.viewers.frames import FRAMES, Frames
 from rems_net.defdict import Schema
 from rems_net.defdict.wire.cdr import cdr
@@ -21,8 +22,6 @@ from rems_net.router.publisher import Watch
 
 #: channels; further ports are left out
 MOST = 8192
-#: letters that are read for one frame; the rest waits for the next one
-AT_ONCE = 20_000
 #: bytes. Larger values are left out.
 LARGEST = 1 << 20
 #: time [ns] and message of a value
@@ -114,11 +113,7 @@ class Ports:
     def drain(self) -> dict[int, Value]:
         """Read all letters; return the newest value of each that has changed."""
         newest: dict[str, Mail] = {}
-        box = self._box
-        for _ in range(AT_ONCE):
-            if box.empty():
-                break
-            letter = box.get(0)
+        for letter in self._box.letters(AT_ONCE):
             if type(letter) is Mail:
                 newest[letter.key] = letter
             elif type(letter) is Presence:
