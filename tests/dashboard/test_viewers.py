@@ -340,6 +340,25 @@ def test_stop_is_a_service(lab: Viewed) -> None:
         assert "unknown deed" in call(77)["message"]
 
 
+def test_verbs_are_called(lab: Viewed, here: Fabric) -> None:
+    with viewer(lab.link) as one:
+
+        def call(plain: Any) -> Any:
+            words = json.dumps(plain).encode()
+            one.link.send(struct.pack("<BIII", 2, 5, 9, 4) + b"json" + words)
+            return until(lambda: one.answers and one.answers.pop())
+
+        one.name()
+        drive(one, here)
+        stands(here)
+        assert call({"agent": "robot/bot", "verb": "reset"}) == {"result": None}
+        until(lambda: here.robot("bot").state.x == 0)
+        wrong = {"agent": "robot/bot", "verb": "fly", "args": [1]}
+        assert "there is no verb 'fly'" in call(wrong)["message"]
+        for words in ({"agent": "robot/bot"}, [], {"agent": "*/*", "verb": "reset"}):
+            assert "This calls no verb; expected" in call(words)["message"]
+
+
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_a_twist_in_cdr(order: str) -> None:
     channel = {"topic": BOT, "encoding": "cdr", "schemaName": TWIST}
