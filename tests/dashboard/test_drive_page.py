@@ -119,7 +119,7 @@ def test_a_finger_that_never_rests(tab: Browser, here: Fabric) -> None:
     for i in range(200):
         tab.mouse("mouseMoved", x + i % 9, y - 60)
     rate = tab.run("window.sent / (performance.now() - window.begun) * 1000")
-    assert 5 < rate < 45
+    assert 0 < rate < 45
     tab.mouse("mouseReleased", x, y - 60)
     stands(here)
     assert tab.run("rems.link.socket.readyState === WebSocket.OPEN")
