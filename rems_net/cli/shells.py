@@ -9,12 +9,8 @@ from typing import Any
 #: nouns and commands -> `rems_net.cli.completion.Words`
 Commands = Mapping[str, Any]
 
-_BASH = """\
-# Completion of rems for bash, written by: rems completion bash
-_rems() {
-    local word=${COMP_WORDS[COMP_CWORD]} last=${COMP_WORDS[COMP_CWORD-1]} one
-    local command="" list=""
-    for one in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+#: in bash and zsh: find the command that is typed, and the words that fit it
+_FIND = """\
         case "$one" in -*) continue ;; esac
         case "$command" in
             "") command="$one" ;;
@@ -27,10 +23,23 @@ VALUES
 LISTS
         esac ;;
     esac
+"""
+
+_BASH = (
+    """\
+# Completion of rems for bash, written by: rems completion bash
+_rems() {
+    local word=${COMP_WORDS[COMP_CWORD]} last=${COMP_WORDS[COMP_CWORD-1]} one
+    local command="" list=""
+    for one in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+"""
+    + _FIND
+    + """\
     COMPREPLY=($(compgen -W "$list" -- "$word"))
 }
 complete -o default -F _rems rems
 """
+)
 
 
 def bash(commands: Commands) -> str:
@@ -45,32 +54,31 @@ def bash(commands: Commands) -> str:
             f'*) list="{choices}" ;; esac ;;'
         )
         values += _values(command, words, lambda some: f'"{" ".join(some)}"')
+    return _filled(_BASH, commands, values, lists)
+
+
+def _filled(
+    script: str, commands: Commands, values: list[str], lists: list[str]
+) -> str:
+    """Return the script of bash or zsh with its nouns, and the cases of its words."""
     return (
-        _BASH.replace("NOUNS", _nouns(commands))
+        script.replace("NOUNS", _nouns(commands))
         .replace("VALUES", "\n".join(values))
         .replace("LISTS", "\n".join(lists))
     )
 
 
-_ZSH = """\
+_ZSH = (
+    """\
 # Completion of rems for zsh, written by: rems completion zsh
 (( $+functions[compdef] )) || { autoload -Uz compinit && compinit }
 _rems() {
     local word=$words[CURRENT] last=$words[CURRENT-1] one command=""
     local -a list
     for one in "${(@)words[2,CURRENT-1]}"; do
-        case "$one" in -*) continue ;; esac
-        case "$command" in
-            "") command="$one" ;;
-            NOUNS) command="$command $one" ;;
-        esac
-    done
-    case "$command $last" in
-VALUES
-        *) case "$command" in
-LISTS
-        esac ;;
-    esac
+"""
+    + _FIND
+    + """\
     if (( $#list )); then
         _describe rems list
     else
@@ -79,6 +87,7 @@ LISTS
 }
 compdef _rems rems
 """
+)
 
 
 def zsh(commands: Commands) -> str:
@@ -98,11 +107,7 @@ def zsh(commands: Commands) -> str:
         values += _values(
             command, words, lambda some: f"({' '.join(map(_quoted, some))})"
         )
-    return (
-        _ZSH.replace("NOUNS", _nouns(commands))
-        .replace("VALUES", "\n".join(values))
-        .replace("LISTS", "\n".join(lists))
-    )
+    return _filled(_ZSH, commands, values, lists)
 
 
 _FISH = """\

@@ -193,7 +193,7 @@ class Driving:
             return
         # Standing still is right, even for a person who saw an old picture.
         n, t = (newest.n, newest.t) if seen is None or at_rest else seen
-        if n <= newest.n:
+        if 0 <= n <= newest.n:
             self._resting = at_rest
             self._put(value.encode(), attachment=pack_stamp(n, t, self._badge))
 

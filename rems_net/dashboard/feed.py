@@ -106,11 +106,7 @@ class Feed:
         `run` changes if the values are those of another run: the caller then forgets.
         """
         newest: dict[str, Mail] = {}
-        box = self._box
-        for _ in range(AT_ONCE):
-            if box.empty():
-                break
-            letter = box.get(0)
+        for letter in self._box.letters(AT_ONCE):
             if type(letter) is Mail:
                 if letter.key.endswith("/command"):
                     newest[self._of_command(letter)] = letter

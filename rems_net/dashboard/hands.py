@@ -25,6 +25,8 @@ BEAT = 0.1
 OLD = 0.5
 #: s. A page that holds a stick and is silent for longer has let go.
 SILENT = 0.25
+#: s. Between two looks for silent pages: a robot stands 0.3 s after the last motion.
+CHECK = 0.02
 #: robots that one page drives at once
 MOST = 100
 

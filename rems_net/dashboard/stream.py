@@ -11,10 +11,9 @@ from functools import partial
 from typing import Any, TypeVar
 
 from rems_net.client import Fabric
-from rems_net.client.driving import PERIOD
 from rems_net.dashboard.desk import Desk
 from rems_net.dashboard.feed import Channel, Feed
-from rems_net.dashboard.hands import Hands
+from rems_net.dashboard.hands import CHECK, Hands
 from rems_net.dashboard.pages import Page, ready, text_of
 from rems_net.dashboard.protocol import Value, pack_frame
 from rems_net.errors import RemsError
@@ -248,7 +247,7 @@ class Stream:
     async def _look_at_hands(self) -> None:
         """Let go for pages that are silent."""
         while True:
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(CHECK)
             for page in self.pages:
                 page.hands.look(time.monotonic())
 

@@ -1,6 +1,6 @@
 """Mail: what Zenoh's threads have filed, to be read later in another thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from queue import Empty, SimpleQueue
@@ -182,6 +182,14 @@ class Mailbox:
         if type(item) is zenoh.Sample:
             return Mail(item)
         return item
+
+    def letters(self, most: int) -> Iterator[Letter]:
+        """Yield the letters that are here, oldest first, at most so many."""
+        for _ in range(most):
+            letter = None if self.empty() else self.get(0)
+            if letter is None:
+                return
+            yield letter
 
     def empty(self) -> bool:
         return self._queue.empty()

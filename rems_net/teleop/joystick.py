@@ -46,7 +46,7 @@ def find(device: str) -> Path:
         raise ExperimentError(
             f"there is no gamepad: nothing in {FOLDER} is named js0. Connect one, or "
             'drive by keys: type = "keyboard", and rems drive input/NAME. On Windows '
-            "and macOS only a browser reads gamepads. (R0310)"
+            'and macOS, type once: pip install "rems-net[gamepad]" (R0310)'
         )
     return found[0]
 

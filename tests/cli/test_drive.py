@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from rems_net.client.proxy import Proxy
 from tests.agents.runs import until
 from tests.cli.complaint import complaint
 from tests.cli.test_open import Serve, fabric, robot, row, serve, text
@@ -59,6 +60,16 @@ class Window:
     def shows(self, words: str) -> None:
         until(lambda: words in self.read())
 
+    def stands(self, robot: Proxy) -> None:
+        """Wait until the robot stands: two states alike."""
+
+        def alike() -> bool:
+            self.read()
+            first, last = list(robot.watch("state", 2))
+            return bool(first == last)
+
+        until(alike)
+
     def end(self) -> int:
         until(lambda: self.read() and self.process.poll() is not None)
         return self.process.wait()
@@ -96,13 +107,7 @@ def test_keys_that_are_held_and_released(start: Start, serve: Serve) -> None:
             opened.type(UP)
             until(lambda: opened.read() and proxy.state.x > 0.01)
             opened.type(RELEASED)
-
-            def stands() -> bool:
-                opened.read()
-                first, last = list(proxy.watch("state", 2))
-                return bool(first == last)
-
-            until(stands)
+            opened.stands(proxy)
             opened.type(b"x")
             opened.shows("'x' moves nothing; keys are up, down")
             opened.type(b"\x1b[99;5u")  # Ctrl+C, as kitty sends it
@@ -124,13 +129,7 @@ def test_a_terminal_without_releases(start: Start, serve: Serve) -> None:
             pressed = time.monotonic()
             opened.type(b"w")
             until(lambda: opened.read() and proxy.state.x > 0.01)
-
-            def stands() -> bool:
-                opened.read()
-                first, last = list(proxy.watch("state", 2))
-                return bool(first == last)
-
-            until(stands)
+            opened.stands(proxy)
             assert time.monotonic() - pressed > 1.9
             opened.type(b"w")
             os.close(opened.slave)

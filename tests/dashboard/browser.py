@@ -23,10 +23,13 @@ PATIENCE = 30.0
 
 
 class Browser:
-    """One tab of a headless browser."""
+    """One tab of a headless browser.
 
-    def __init__(self, socket: ClientConnection):
-        self._socket = socket
+    process: of the browser, which leads a group of its own.
+    """
+
+    def __init__(self, socket: ClientConnection, process: subprocess.Popen[str]):
+        self._socket, self.process = socket, process
         self._ids = itertools.count(1)
         #: texts of errors in the page, and violations of its policy
         self.errors: list[str] = []
@@ -44,6 +47,15 @@ class Browser:
                 assert "error" not in found, found["error"]
                 return found["result"]
             self._note(found)
+
+    @contextmanager
+    def other(self) -> Iterator[Browser]:
+        """Open another tab of this browser, in front of this one."""
+        target = self.send("Target.createTarget", url="about:blank")["targetId"]
+        host, port = self._socket.remote_address[:2]
+        url = f"ws://{host}:{port}/devtools/page/{target}"
+        with connect(url, max_size=None, compression=None) as socket:
+            yield Browser(socket, self.process)
 
     def _note(self, found: dict[str, Any]) -> None:
         params = found.get("params", {})
@@ -115,11 +127,12 @@ class Browser:
             **more,
         )
 
-    def click(self, code: str, hold: float = 0.0) -> None:
-        """Press the mouse on an element, and let it go `hold` seconds later."""
+    def click(self, code: str, hold: str = "") -> None:
+        """Press the mouse on an element; let it go once `hold` is true there."""
         x, y = self.place(code)
         self.mouse("mousePressed", x, y)
-        time.sleep(hold)
+        if hold:
+            self.until(hold)
         self.mouse("mouseReleased", x, y)
 
     def key(self, key: str, code: str, text: str = "") -> None:
@@ -154,22 +167,24 @@ def browser(folder: Path, *more: str) -> Iterator[Browser]:
     ]
     if getattr(os, "geteuid", lambda: 1)() == 0:
         words.insert(1, "--no-sandbox")
-    process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        words, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     try:
         assert process.stderr is not None
         line = next(one for one in process.stderr if "DevTools listening" in one)
         port = line.split("ws://")[1].split("/")[0]
-        yield from _tab(port)
+        yield from _tab(port, process)
     finally:
         process.terminate()
         process.communicate()
 
 
-def _tab(port: str) -> Iterator[Browser]:
+def _tab(port: str, process: subprocess.Popen[str]) -> Iterator[Browser]:
     from urllib.request import urlopen
 
     with urlopen(f"http://{port}/json/list") as answer:
         tabs = json.loads(answer.read())
     url = next(one["webSocketDebuggerUrl"] for one in tabs if one["type"] == "page")
     with connect(url, max_size=None, compression=None) as socket:
-        yield Browser(socket)
+        yield Browser(socket, process)

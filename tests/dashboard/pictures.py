@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 from tests.commands import ROOT, command
@@ -78,12 +77,14 @@ def main() -> None:
             with browser(Path(folder)) as tab:
                 tab.size(1280, 800)
                 tab.go(link.replace("/#", f"/{FIELDS}#"))
-                time.sleep(11)  # so that the plots are full
+                tab.until("rems.store.t > 0")
+                # so that the plots are full
+                tab.until(f"rems.store.t > {tab.run('rems.store.t')} + 11")
                 tab.picture(ROOT / "docs/dashboard.png")
                 tab.size(360, 740, dark=True)
                 tab.key(" ", "Space", " ")
                 tab.until("document.body.innerText.includes('3 of 3 robots stand')")
-                time.sleep(1)
+                tab.until(f"rems.store.t > {tab.run('rems.store.t')} + 1")
                 tab.picture(ROOT / "docs/dashboard_small.png")
         finally:
             run.terminate()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -108,6 +107,83 @@ def test_a_finger_on_the_stick(tab: Browser, here: Fabric) -> None:
     stands(here)
 
 
+def test_a_finger_that_never_rests(tab: Browser, here: Fabric) -> None:
+    """200 moves: the page sends fewer than the 60 a second at which it is closed."""
+    x, y = tab.place("document.getElementById('pad')")
+    tab.mouse("mousePressed", x, y)
+    tab.run(
+        "window.sent = 0; const send = rems.link.send.bind(rems.link);"
+        "rems.link.send = (m) => { window.sent += 1; send(m); };"
+        "window.begun = performance.now(); 1"
+    )
+    for i in range(200):
+        tab.mouse("mouseMoved", x + i % 9, y - 60)
+    rate = tab.run("window.sent / (performance.now() - window.begun) * 1000")
+    assert 0 < rate < 45
+    tab.mouse("mouseReleased", x, y - 60)
+    stands(here)
+    assert tab.run("rems.link.socket.readyState === WebSocket.OPEN")
+
+
+def pads(tab: Browser, *ahead: float, mapping: str = "standard") -> None:
+    """Show gamepads to the page: a browser of DevTools has none to plug in."""
+    rows = [
+        f"{{mapping: '{mapping}', id: 'pad {i}', axes: [0, {0 - one}, 0]}}"
+        for i, one in enumerate(ahead)
+    ]
+    tab.run(
+        f"window.nan = NaN; window.pads = [null, {', '.join(rows)}];"
+        "navigator.getGamepads = () => window.pads; 1"
+    )
+
+
+def test_gamepads(tab: Browser, here: Fabric) -> None:
+    said = "document.getElementById('driving').textContent"
+    tab.send("Page.bringToFront")
+    pads(tab, 0.0, 0.0)
+    tab.until("!rems.drive.locked")
+    pads(tab, 0.8, 0.0)
+    moved(here)
+    pads(tab, 0.8, 0.8)
+    tab.until(f"{said} === 'Two gamepads are moved, so robots stand: let go of one.'")
+    stands(here)
+    pads(tab, 0.8, 0.1)  # the other one is within its dead zone
+    moved(here)
+    tab.run("window.dispatchEvent(new Event('gamepaddisconnected'))")
+    pads(tab)
+    tab.until("document.getElementById('log').textContent.includes('pulled out')")
+    stands(here)
+    pads(tab, 0.8, mapping="")
+    tab.until(f"{said}.includes('does not know the axes of pad 0')")
+    stands(here)
+    pads(tab, float("nan"))
+    tab.until(f"!{said}.includes('axes')")
+    assert tab.run("rems.drive.resting")
+
+
+def test_a_gamepad_of_a_page_without_focus_moves_nothing(
+    tab: Browser, here: Fabric
+) -> None:
+    """Browsers report its last position there; and it has to rest once afterwards."""
+    tab.send("Page.bringToFront")
+    pads(tab, 0.0)
+    tab.until("!rems.drive.locked")
+    pads(tab, 0.8)
+    moved(here)
+    with tab.other():
+        tab.until("document.hidden && rems.drive.resting")
+        stands(here)
+    tab.send("Page.bringToFront")
+    tab.until("!document.hidden && document.hasFocus() && rems.drive.fresh")
+    stands(here)
+    pads(tab, 0.0)
+    tab.until("!rems.drive.locked")
+    pads(tab, 0.8)
+    moved(here)
+    pads(tab, 0.0)
+    stands(here)
+
+
 LET_GO = {
     "blur": "window.dispatchEvent(new Event('blur'))",
     "hidden": "Object.defineProperty(document, 'hidden', {value: true}),"
@@ -144,7 +220,8 @@ def test_what_a_network_has_held_up_is_not_obeyed(tab: Browser, here: Fabric) ->
     moved(here)
     key(tab, "keyUp", "KeyW")
     stands(here)
-    time.sleep(0.7)
+    newest = "Math.max(...window.sent.map((m) => m.beat))"
+    tab.until(f"rems.drive.beat > {newest} + 6")  # of 0.1 s each
     before = here.robot("bot").state.get()
     count = tab.run(
         "window.sent.filter((m) => m.hand.held.length)"
@@ -161,7 +238,6 @@ def test_another_person_and_a_teacher(tab: Browser, here: Fabric) -> None:
 
         def handed() -> bool:
             ben.keep()
-            time.sleep(0.1)
             return ben.drives
 
         said = "document.getElementById('driving').textContent"

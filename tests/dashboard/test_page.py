@@ -24,6 +24,7 @@ lab.output("log", "parts.py:Log", host="rest")
 lab.run("out")
 """
 ROBOT = "rems.store.ports.get('robot/euler/state')"
+RELEASED = "document.querySelector('#release').hidden"
 
 
 class Lab:
@@ -131,10 +132,9 @@ def test_the_space_bar_stops_and_a_held_second_releases(lab: Lab, tab: Browser) 
     )
     assert lab.stopped()
     tab.click("document.querySelector('#release')")  # not held
-    tab.run("new Promise(done => setTimeout(done, 300))")
+    tab.until(f"{ROBOT}.tick > {tab.run(f'{ROBOT}.tick')} + 15")  # for 0.3 s
     assert lab.stopped()
-    tab.click("document.querySelector('#release')", hold=1.3)
-    tab.until("document.querySelector('#release').hidden")
+    tab.click("document.querySelector('#release')", hold=RELEASED)
     assert not lab.stopped()
 
 
@@ -146,8 +146,7 @@ def test_time_is_paused_and_stepped(tab: Browser) -> None:
     tab.until(
         "document.querySelector('#lights').textContent.includes('2 of 2 robots stand')"
     )
-    tab.click("document.querySelector('#release')", hold=1.3)
-    tab.until("document.querySelector('#release').hidden")
+    tab.click("document.querySelector('#release')", hold=RELEASED)
     n = tab.run(f"{ROBOT}.tick")
     tab.click("document.querySelectorAll('#time button')[1]")
     tab.until(f"{ROBOT}.tick == {n} + 1")

@@ -26,6 +26,7 @@ from rems_net.dashboard.viewers.grip import Echo
 from rems_net.dashboard.viewers.wire import SUBPROTOCOLS, read_stick, read_topic
 from rems_net.errors import WireError
 from tests.agents.runs import until
+from tests.dashboard.test_drive_page import stands
 from tests.dashboard.test_page import Lab
 
 BOT = "/robot/bot/command"
@@ -149,14 +150,6 @@ def drive(one: Viewer, here: Fabric, more: float = 0.01) -> None:
     until(there)
 
 
-def stands(here: Fabric) -> None:
-    def still() -> bool:
-        first, *others = list(here.robot("bot").watch("state", 5))
-        return all(one == first for one in others)
-
-    until(still)
-
-
 @pytest.mark.parametrize("protocol", SUBPROTOCOLS)
 def test_values_are_read_by_another_decoder(lab: Viewed, protocol: str) -> None:
     dynamic = pytest.importorskip("mcap_ros2._dynamic")
@@ -173,6 +166,32 @@ def test_values_are_read_by_another_decoder(lab: Viewed, protocol: str) -> None:
         one.send("unsubscribe", subscriptionIds=[number])
         before = until(lambda: one.values.pop(number, None))
         assert before
+
+
+def test_frames_of_all_robots(lab: Viewed, here: Fabric) -> None:
+    dynamic = pytest.importorskip("mcap_ros2._dynamic")
+    with viewer(lab.link) as one:
+        number = one.look("/tf")
+        channel = one.channels["/tf"]
+        name = channel["schemaName"]
+        read = dynamic.generate_dynamic(name, channel["schema"])[name]
+
+        def poses() -> dict[str, Any]:
+            _, message = one.values.get(number, (0, b""))
+            rows = read(message).transforms if message else []
+            return {row.child_frame_id: row for row in rows}
+
+        first = until(lambda: poses().get("bot"))
+        assert first.header.frame_id == "world"
+        one.name()
+        drive(one, here)
+
+        def moved() -> bool:
+            a, b = first.transform.translation, poses()["bot"].transform.translation
+            return math.hypot(b.x - a.x, b.y - a.y) > 0.01
+
+        until(moved)
+        assert "/robot/bot/state" in one.channels  # nobody subscribed to it
 
 
 def test_a_viewer_drives_and_lets_go(lab: Viewed, here: Fabric) -> None:
@@ -277,9 +296,7 @@ def test_what_a_network_has_held_up_is_not_obeyed(
             drive(one, here)
             relay.hold(True)
             end = time.monotonic() + seconds
-            while time.monotonic() < end:
-                one.put(0.5)
-                time.sleep(0.05)
+            until(lambda: one.pushed() and time.monotonic() > end, seconds + 20)
             stands(here)
             before = here.robot("bot").state.get()
             relay.hold(False)
@@ -321,6 +338,26 @@ def test_stop_is_a_service(lab: Viewed) -> None:
         assert "result" in call(2)
         assert not lab.stopped()
         assert "unknown deed" in call(77)["message"]
+
+
+def test_verbs_are_called(lab: Viewed, here: Fabric) -> None:
+    with viewer(lab.link) as one:
+
+        def call(plain: Any) -> Any:
+            words = json.dumps(plain).encode()
+            one.link.send(struct.pack("<BIII", 2, 5, 9, 4) + b"json" + words)
+            return until(lambda: one.answers and one.answers.pop())
+
+        one.name()
+        drive(one, here)
+        stands(here)
+        assert call({"agent": "robot/bot", "verb": "reset"}) == {"result": None}
+        until(lambda: here.robot("bot").state.x == 0)
+        wrong = {"agent": "robot/bot", "verb": "fly", "args": [1]}
+        assert "there is no verb 'fly'" in call(wrong)["message"]
+        others: list[Any] = [{"agent": "robot/bot"}, [], wrong | {"agent": "*/*"}]
+        for words in others:
+            assert "This calls no verb; expected" in call(words)["message"]
 
 
 @pytest.mark.parametrize("order", ["<", ">"])

@@ -14,6 +14,7 @@ from tests.reliability import (
     faults,
     firmware,
     floods,
+    hands,
     network,
     one_machine,
     page,
@@ -27,13 +28,13 @@ from tests.reliability.scene import PLACES
 
 DEVICES = [name for name, robot in ROBOTS.items() if robot.emulated]
 PAGE = Path(__file__).parents[2] / "docs" / "measured" / "reliability.md"
-ALL = ("rig", "standstill", "devices", "stop", "floods", "faults", "attacks")
+ALL = ("rig", "standstill", "devices", "stop", "floods", "faults", "attacks", "hands")
 #: tables whose rows can be measured one by one
-MENDED = ("standstill", "devices", "faults", "attacks")
+MENDED = ("standstill", "devices", "faults", "attacks", "hands")
 #: tables of robots at several places; of devices only the drivers differ
 PLACED = ("standstill", "devices")
 #: tables that need no machines of their own
-HERE = (*PLACED, "attacks")
+HERE = (*PLACED, "attacks", "hands")
 EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
@@ -42,6 +43,7 @@ EXAMPLES = """examples:
   python -m tests.reliability devices --trials 5 --robots create2    needs no root
   python -m tests.reliability stop floods rig
   python -m tests.reliability attacks                   minutes; no root
+  python -m tests.reliability hands --trials 3          needs Chromium, no root
   python -m tests.reliability faults --trials 2 --rows router clock
 """
 
@@ -55,7 +57,9 @@ def arguments() -> argparse.ArgumentParser:
     )
     parser.add_argument("which", nargs="*", help=f"some of: {', '.join(ALL)}")
     parser.add_argument(
-        "--trials", type=int, help="of each row (20; of STOP 200; of faults 5)"
+        "--trials",
+        type=int,
+        help="of each row (20; of STOP 200; of hands 100; of faults 5)",
     )
     parser.add_argument("--places", nargs="+", choices=PLACES, default=PLACES)
     parser.add_argument("--jobs", type=int, default=1, help="rows at a time")
@@ -131,6 +135,11 @@ class Suite:
 
     def attacks(self) -> page.Section:
         return attacks.section(attacks.measure(self.given.rows, self.folder, self.say))
+
+    def hands(self) -> page.Section:
+        some = [way for way in hands.WAYS if _wanted(way.title, self.given.rows)]
+        trials = self.given.trials or 100
+        return hands.section(hands.measure(some, trials, self.folder, self.say))
 
     def stop(self) -> page.Section:
         found = []

@@ -8,6 +8,8 @@ import { button, by, make, select, write } from "./dom.js";
 
 /** ms. A hand that holds its stick reports it so often. */
 const PERIOD = 50;
+/** ms. Messages of a moving finger are at least so far apart: the server takes 60 a second. */
+const APART = 25;
 /** ms. Without a beat of the server for so long the picture is frozen. */
 const FROZEN = 500;
 /** Share of a gamepad's stick that counts as the middle. */
@@ -21,6 +23,9 @@ const KEYS = new Map([
 /** Value of the choice that means every robot. */
 const ALL = "robot/*";
 const HOW = "Arrow keys or w a s d; q and e go sideways, shift is slower. Space is STOP.";
+/** Gamepads, and what is wrong with them. */
+const TWO = "Two gamepads are moved, so robots stand: let go of one.";
+const GONE = "The gamepad was pulled out: robots stand.";
 
 export class Drive {
   /** @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
@@ -39,6 +44,12 @@ export class Drive {
     /** ms. Time at which the newest beat came. */
     this.beaten = 0;
     this.resting = true;
+    /** ms. Time of the last message. */
+    this.sent = 0;
+    /** Whether a gamepad counts only after its sticks were in the middle. */
+    this.locked = true;
+    /** What is wrong with the gamepads; "" if nothing is. */
+    this.trouble = "";
     this.shown = "";
     this.choice = select("robot to drive", [], () => {});
     this.button = button("drive", () => this.toggle(), "drive by arrow keys, or by the stick");
@@ -54,11 +65,17 @@ export class Drive {
     document.addEventListener("keyup", (event) => this.key(event, false));
     for (const name of ["blur", "pagehide"]) window.addEventListener(name, () => this.rest());
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.rest(); });
+    window.addEventListener("gamepaddisconnected", () => { if (this.agents.length) this.say(GONE, "warning"); });
     this.pad.addEventListener("pointerdown", (event) => {
       this.pad.setPointerCapture(event.pointerId);
       this.touch(event);
+      this.send();
     });
-    this.pad.addEventListener("pointermove", (event) => { if (this.finger) this.touch(event); });
+    this.pad.addEventListener("pointermove", (event) => {
+      if (!this.finger) return;
+      this.touch(event);
+      if (performance.now() >= this.sent + APART) this.send();
+    });
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
       this.pad.addEventListener(name, () => {
         this.finger = null;
@@ -88,18 +105,28 @@ export class Drive {
     const x = limited((event.clientX - place.x - half) / half);
     const y = limited((event.clientY - place.y - half) / half);
     this.finger = { ahead: percent(-y), left: 0, turn: percent(-x) };
-    this.send();
   }
 
-  /** The sticks of a gamepad, if one is moved. @returns {Stick | null} */
+  /**
+   * The stick of the gamepad that is moved; null if none is, or none counts. Browsers
+   * report old positions to a page that is hidden or has no focus.
+   * @returns {Stick | null}
+   */
   gamepad() {
+    this.trouble = "";
+    if (document.hidden || !document.hasFocus()) this.locked = true;
     const pads = window.isSecureContext && navigator.getGamepads ? navigator.getGamepads() : [];
+    const moved = [];
     for (const one of pads) {
-      if (!one || one.mapping !== "standard") continue;
-      const [turn, ahead, left] = [0, 1, 2].map((axis) => percent(-dead(one.axes[axis] ?? 0)));
-      if (turn || ahead || left) return { ahead, left, turn };
+      if (!one) continue;
+      const axes = [0, 1, 2].map((axis) => percent(-dead(one.axes[axis] ?? 0)));
+      if (!axes.some((axis) => axis)) continue;
+      if (one.mapping === "standard") moved.push({ ahead: axes[1], left: axes[2], turn: axes[0] });
+      else this.trouble = `The browser does not know the axes of ${one.id}; use another gamepad, or keys.`;
     }
-    return null;
+    if (!moved.length) this.locked = false;
+    if (moved.length > 1) this.trouble = TWO;
+    return moved.length === 1 && !this.locked ? moved[0] : null;
   }
 
   /** Whether the picture is new enough to drive by. */
@@ -110,7 +137,8 @@ export class Drive {
   work() {
     if (!this.agents.length) return;
     const pad = this.gamepad();
-    if (pad || this.finger || this.held.size || !this.resting) this.send(pad);
+    const moves = pad || this.finger || this.held.size;
+    if (moves ? performance.now() >= this.sent + APART : !this.resting) this.send(pad);
     this.show();
   }
 
@@ -122,13 +150,16 @@ export class Drive {
     this.resting = !stick && !held.length;
     const shown = stick ?? { turn: 0, ahead: 0 };
     this.knob.style.translate = `${-shown.turn * 0.4}% ${-shown.ahead * 0.4}%`;
-    if (this.fresh || this.resting) this.link().send({ hand: stick ? { stick, held } : { held }, beat: this.beat });
+    if (!this.fresh && !this.resting) return;
+    this.sent = performance.now();
+    this.link().send({ hand: stick ? { stick, held } : { held }, beat: this.beat });
   }
 
   /** Let go of everything. */
   rest() {
     this.held.clear();
     this.finger = null;
+    this.locked = true;
     if (!this.resting) this.send();
   }
 
@@ -196,9 +227,10 @@ export class Drive {
     this.choice.disabled = on;
     this.pad.hidden = !on;
     const frozen = on && this.beat > 0 && !this.fresh;
+    const bad = frozen ? "The picture is frozen: driving is locked, and robots stand." : on ? this.trouble : "";
     const place = by("driving");
-    place.classList.toggle("bad", frozen);
-    write(place, frozen ? "The picture is frozen: driving is locked, and robots stand." : on ? this.others() : "");
+    place.classList.toggle("bad", bad !== "");
+    write(place, bad || (on ? this.others() : ""));
   }
 
   /** Who else drives, or wants to; else how to drive. */
@@ -223,5 +255,6 @@ function percent(value) {
 
 /** A value without the dead middle of its stick. @param {number} value */
 function dead(value) {
+  if (!Number.isFinite(value)) return 0;
   return Math.sign(value) * Math.max(0, Math.abs(value) - DEAD) / (1 - DEAD);
 }

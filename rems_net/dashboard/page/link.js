@@ -4,6 +4,8 @@
 const VERSION = 1;
 /** ms. Pause before another attempt. */
 const AGAIN = 1000;
+/** bytes. A browser may count its last messages as waiting for some ms: that is a few of these. */
+const WAITING = 1000;
 /** Close codes of the server, with what the user can do. */
 const REASONS = new Map([
   [4401, "This link is not valid any more. Open the newest link that rems printed."],
@@ -79,12 +81,13 @@ export class Link {
   }
 
   /**
-   * Send what a hand does. Nothing is kept for later: without a link it is lost.
+   * Send what a hand does. Nothing is kept for later: without a link, or if much waits
+   * already, it is lost.
    * @param {Plain} message
    */
   send(message) {
     const socket = this.socket;
-    if (socket?.readyState === WebSocket.OPEN && !socket.bufferedAmount) socket.send(JSON.stringify(message));
+    if (socket?.readyState === WebSocket.OPEN && socket.bufferedAmount < WAITING) socket.send(JSON.stringify(message));
   }
 
   /**

@@ -7,11 +7,12 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from http import HTTPStatus
 from typing import Any
 
-from rems_net.client.driving import PERIOD
 from rems_net.dashboard.door import Answer, Door, refusal
+from rems_net.dashboard.hands import CHECK
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers import wire
 from rems_net.dashboard.viewers.grip import Grip
@@ -22,8 +23,8 @@ from rems_net.events import warn
 
 #: viewers at once
 MOST = 4
-#: services, by number: what the page's buttons do
-SERVICES = dict(enumerate(("stop", "release", "pause", "resume"), 1))
+#: services, by number: what the page's buttons do; and `call`, any agent's verbs
+SERVICES = dict(enumerate(("stop", "release", "pause", "resume", "call"), 1))
 #: close codes of WebSocket: it is no viewer; too many messages
 OTHER, NOISY = 1002, 4429
 
@@ -89,7 +90,7 @@ class Viewers:
         self._ports = Ports(self._stream.fabric, workers.submit)
         self._tasks = [
             asyncio.create_task(self._every(1.0 / self._stream.rate, self._frame)),
-            asyncio.create_task(self._every(PERIOD, self._look)),
+            asyncio.create_task(self._every(CHECK, self._look)),
         ]
 
     def _end(self) -> None:
@@ -161,15 +162,21 @@ class Viewers:
                 calls.add(task)
                 task.add_done_callback(calls.discard)
 
-    async def _call(self, viewer: Viewer, service: int, call: int) -> None:
-        """Do what a button of the page does, and answer."""
+    async def _call(
+        self, viewer: Viewer, service: int, call: int, given: bytes
+    ) -> None:
+        """Do what a button of the page does, or call a verb; and answer."""
         desk = self._stream.desk
         try:
             name = SERVICES.get(service)
             if name == "stop":  # before any robot is asked
                 await asyncio.to_thread(desk.put_stop)
-            request = {"do": name}
-            result = await self._stream.in_thread(lambda: desk.do(request))
+            if name == "call":
+                wanted = wire.read_call(given)
+                do = partial(self._stream.fabric.call, *wanted)
+            else:
+                do = partial(desk.do, {"do": name})
+            result = await self._stream.in_thread(do)
             viewer.send(wire.pack_answer(service, call, result))
         except RemsError as error:
             words: dict[str, Any] = {"serviceId": service, "callId": call}
@@ -187,12 +194,16 @@ def _services() -> list[dict[str, Any]]:
     """Return the services, whose arguments and results are in JSON."""
     json_of = {"encoding": "json", "schemaEncoding": "jsonschema"}
     json_of |= {"schema": json.dumps({"type": "object"})}
+    called = {"schema": json.dumps(wire.CALL)}
     return [
         {
             "id": number,
             "name": f"/{name}",
             "type": f"rems_msgs/srv/{name.capitalize()}",
-            "request": {**json_of, "schemaName": f"{name}_request"},
+            "request": {
+                **(json_of | called if name == "call" else json_of),
+                "schemaName": f"{name}_request",
+            },
             "response": {**json_of, "schemaName": f"{name}_response"},
         }
         for number, name in SERVICES.items()

@@ -9,6 +9,8 @@ from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
+from rems_net.dashboard.feed import AT_ONCE
+from rems_net.dashboard.viewers.frames import FRAMES, Frames
 from rems_net.defdict import Schema
 from rems_net.defdict.wire.cdr import cdr
 from rems_net.defdict.wire.ros2msg import ros2msg, type_name
@@ -20,8 +22,6 @@ from rems_net.router.publisher import Watch
 
 #: channels; further ports are left out
 MOST = 8192
-#: letters that are read for one frame; the rest waits for the next one
-AT_ONCE = 20_000
 #: bytes. Larger values are left out.
 LARGEST = 1 << 20
 #: time [ns] and message of a value
@@ -32,7 +32,7 @@ class Channel:
     """One port of one agent, with its type; subscribed to while a viewer looks."""
 
     def __init__(self, number: int, agent: str, port: str, schema: Schema):
-        self.id, self.agent = number, agent
+        self.id, self.agent, self.schema = number, agent, schema
         self.key = f"{agent}/{port}"
         self.digest = schema.digest
         self.transcode: Callable[[bytes], bytes] = cdr(schema).transcode
@@ -60,11 +60,15 @@ class Ports:
         self._box = Mailbox()
         self._ended: list[tuple[str, Future[dict[str, Schema]]]] = []
         self._by_key: dict[str, Channel] = {}
-        self._next = 1
+        self._next = FRAMES + 1
         #: agents that are there, and that have gone
         self.agents: set[str] = set()
         self.gone: set[str] = set()
-        self.channels: dict[int, Channel] = {}
+        self._frames = Frames()
+        self.channels: dict[int, Channel | Frames] = {FRAMES: self._frames}
+        #: channels that viewers want, and numbers of those with the pose of a robot
+        self._wanted: set[int] = set()
+        self._posed: set[int] = set()
         #: grows when channels come or go
         self.version = 0
         self.latest: dict[int, Value] = {}
@@ -88,8 +92,15 @@ class Ports:
 
     def want(self, wanted: set[int]) -> None:
         """Subscribe to these channels, and to no others."""
+        self._wanted = wanted
+        self._subscribe()
+
+    def _subscribe(self) -> None:
         session = self.fabric.session
+        wanted = self._wanted | (self._posed if FRAMES in self._wanted else set())
         for number, channel in self.channels.items():
+            if number == FRAMES:
+                continue
             if number in wanted and channel.watch is None:
                 key = session.key(channel.key)
                 channel.watch = session.watch(key, self._box)
@@ -102,11 +113,7 @@ class Ports:
     def drain(self) -> dict[int, Value]:
         """Read all letters; return the newest value of each that has changed."""
         newest: dict[str, Mail] = {}
-        box = self._box
-        for _ in range(AT_ONCE):
-            if box.empty():
-                break
-            letter = box.get(0)
+        for letter in self._box.letters(AT_ONCE):
             if type(letter) is Mail:
                 newest[letter.key] = letter
             elif type(letter) is Presence:
@@ -124,7 +131,17 @@ class Ports:
             except RemsError:
                 self.dropped += 1
         self.latest |= changed
+        if FRAMES in self._wanted and not self._posed.isdisjoint(changed):
+            self._add_frames(changed)
         return changed
+
+    def _add_frames(self, changed: dict[int, Value]) -> None:
+        """Add the newest poses of all robots."""
+        known = self._posed & self.latest.keys()
+        states = {self.channels[one].key: self.latest[one][1] for one in known}
+        t = max(self.latest[one][0] for one in known)
+        value = t, self._frames.message(states, t)
+        changed[FRAMES] = self.latest[FRAMES] = value
 
     def _value(self, channel: Channel, mail: Mail) -> Value:
         if mail.size > LARGEST or mail.schema.rpartition("@")[2] not in (
@@ -167,7 +184,9 @@ class Ports:
             self.latest.pop(channel.id, None)
             if channel.watch is not None:
                 channel.watch.close()
-        self.version += bool(gone)
+        if gone:
+            self._meet_poses()
+            self.version += 1
 
     def _learn(self) -> None:
         """Make channels of the types that have come."""
@@ -187,3 +206,11 @@ class Ports:
                 self._next += 1
                 self.channels[channel.id] = self._by_key[channel.key] = channel
                 self.version += 1
+        self._meet_poses()
+
+    def _meet_poses(self) -> None:
+        """Look for the ports with poses, and subscribe if a viewer wants them."""
+        schemas = {key: one.schema for key, one in self._by_key.items()}
+        posed = self._frames.meet(schemas)
+        self._posed = {self._by_key[key].id for key in posed}
+        self._subscribe()

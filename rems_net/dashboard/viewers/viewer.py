@@ -70,15 +70,15 @@ class Viewer:
 
     # -- what it sends ------------------------------------------------------------
 
-    def obey(self, message: str | bytes, ports: Ports) -> tuple[int, int] | None:
-        """Do what a message asks for; return service and call if it calls one.
+    def obey(self, message: str | bytes, ports: Ports) -> tuple[int, int, bytes] | None:
+        """Do what a message asks for; return a called service, the call, its arguments.
 
         Raises WireError.
         """
         if isinstance(message, bytes):
             what, numbers, rest = wire.read_binary(message)
             if what == "call":
-                return numbers[0], numbers[1]
+                return numbers[0], numbers[1], rest
             self._put(numbers[0], rest)
             return None
         words = wire.read_text(message)

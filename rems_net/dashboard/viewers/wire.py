@@ -29,6 +29,17 @@ STICKS = ("rems_msgs/Stick", "rems_msgs/msg/Stick")
 #: what a viewer may do
 ABLE = ("clientPublish", "services", "time")
 INFO, WARNING, ERROR = 0, 1, 2
+#: what a viewer sends to call a verb of an agent, as a JSON schema
+CALL = {
+    "type": "object",
+    "properties": {
+        "agent": {"type": "string"},
+        "verb": {"type": "string"},
+        "args": {"type": "array"},
+        "kwargs": {"type": "object"},
+    },
+    "required": ["agent", "verb"],
+}
 _VALUE, _TIME = struct.Struct("<BIQ"), struct.Struct("<BQ")
 _PUT, _CALL, _ANSWER = (struct.Struct(s) for s in ("<BI", "<BIII", "<BIII"))
 #: a Twist in CDR: four bytes, which name the order of bytes, and six numbers
@@ -90,6 +101,27 @@ def read_binary(message: bytes) -> tuple[str, tuple[int, ...], bytes]:
         _, service, call, length = _CALL.unpack_from(message)
         return "call", (service, call), message[_CALL.size + length :]
     raise WireError("This is no message of a viewer: its first byte is 1 or 2. (R1003)")
+
+
+def read_call(
+    given: bytes,
+) -> tuple[str, str, tuple[Any, ...], dict[str, Any]]:
+    """Return agent, verb and arguments of a call, see CALL. Raises WireError."""
+    try:
+        found = json.loads(given)
+    except (ValueError, RecursionError):
+        found = None
+    match found:
+        case {"agent": str(agent), "verb": str(verb)}:
+            args, kwargs = found.get("args", []), found.get("kwargs", {})
+            fits = isinstance(args, list) and isinstance(kwargs, dict)
+            kind, _, name = agent.partition("/")
+            if fits and is_name(kind) and is_name(name) and is_name(verb):
+                return agent, verb, tuple(args), kwargs
+    raise WireError(
+        'This calls no verb; expected {"agent": "robot/sim", "verb": "reset"}, and '
+        '"args" or "kwargs" if the verb takes some. (R1003)'
+    )
 
 
 def read_topic(channel: dict[str, Any]) -> str:
