@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 from rems_net.client import Fabric
-from rems_net.client.answers import NONSENSE, read_rows
+from rems_net.client.answers import NONSENSE, read_rows, read_told
 from rems_net.client.client import Gathered
 from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
@@ -22,6 +22,7 @@ from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, read
+from rems_net.router.session import Session
 
 #: s. A question for the state of the run waits this long.
 SHORT = 1.0
@@ -96,42 +97,15 @@ class Desk:
     def status(self) -> dict[str, Any]:
         """Return the agents, the clock, and which robots stand, as plain values."""
         session = self.fabric.session
-        clock = self._asked("clock/@why", _read_map)
-        tick = self._asked("clock/tick?format=json", _read_map)
-        rows = self._asked("clock/roster?format=json", read_rows) or []
-        stopped = bool(clock and clock.get("stopped"))
-        held = ""
-        if not clock:
-            with suppress(RemsError):
-                held = stop_that_holds(session)
-            stopped = bool(held)
-        told = None
-        if clock and tick:
-            told = {"pace": tick.get("pace"), "paused": clock.get("paused") is True}
-            if not told["paused"] and clock["age"] > HELD:
-                told["held"] = str(clock.get("waits_for") or "nobody")[:500]
-        return {
+        found = look_at(session)
+        for name in ("tick", "t"):  # they come with the values
+            del found[name]
+        return found | {
             "router": session.connected,
             "here": machine(),
-            "agents": [[row["agent"], row["kind"], row["host"]] for row in rows],
-            "late": [row["agent"] for row in rows if row["seen"] > LATE],
-            "clock": told,
-            "stopped": stopped,
-            "robots": self._standing() if stopped else {},
+            "robots": self._standing() if found["stopped"] else {},
             "drivers": self.fabric.drivers(),
         }
-
-    def _asked(self, key: str, read: Callable[[Mail], Any]) -> Any:
-        """Return the first readable answer; None if there is none."""
-        session = self.fabric.session
-        try:
-            answers = session.ask(session.key(key), timeout=SHORT, first=True)
-        except FabricError:
-            return None
-        for mail in answers:
-            with suppress(*NONSENSE):
-                return read(mail)
-        return None
 
     def _standing(self) -> dict[str, bool]:
         """Return which robots stand, by what they report themselves."""
@@ -167,6 +141,42 @@ class Desk:
                 if len(gathered.values) < MOST:
                     gathered.hear(mail)
         return {"/".join(k.split("/")[1:3]): v for k, v in gathered.values.items()}
+
+
+def look_at(session: Session) -> dict[str, Any]:
+    """Return agents, late agents, the clock, the tick, and whether STOP holds."""
+    clock = _asked(session, "clock/@why", _read_map)
+    tick = _asked(session, "clock/tick?format=json", read_told)
+    rows = _asked(session, "clock/roster?format=json", read_rows) or []
+    stopped = bool(clock and clock.get("stopped"))
+    if not clock:
+        with suppress(RemsError):
+            stopped = bool(stop_that_holds(session))
+    told = None
+    if clock and tick:
+        told = {"pace": tick.get("pace"), "paused": clock.get("paused") is True}
+        if not told["paused"] and clock.get("age", 0.0) > HELD:
+            told["held"] = str(clock.get("waits_for") or "nobody")[:500]
+    return {
+        "agents": [[row["agent"], row["kind"], row["host"]] for row in rows],
+        "late": [row["agent"] for row in rows if row["seen"] > LATE],
+        "clock": told,
+        "tick": int(tick["n"]) if tick else 0,
+        "t": float(tick["t"]) if tick else 0.0,
+        "stopped": stopped,
+    }
+
+
+def _asked(session: Session, key: str, read: Callable[[Mail], Any]) -> Any:
+    """Return the first readable answer; None if there is none."""
+    try:
+        answers = session.ask(session.key(key), timeout=SHORT, first=True)
+    except FabricError:
+        return None
+    for mail in answers:
+        with suppress(*NONSENSE):
+            return read(mail)
+    return None
 
 
 def _read_map(mail: Mail) -> dict[str, Any]:

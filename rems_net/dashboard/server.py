@@ -26,6 +26,8 @@ from rems_net.dashboard.hands import Hands
 from rems_net.dashboard.pages import Page
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
+from rems_net.dashboard.streams import Streams
+from rems_net.dashboard.teams import Teams
 from rems_net.dashboard.viewers.meeting import Viewers, chosen
 from rems_net.errors import RemsError, WireError
 
@@ -37,8 +39,8 @@ GREETING = 5.0
 WRONG = 0.5
 #: s. A page that does not answer a ping for this long is closed.
 PING = 20.0
-#: close codes: a wrong token, too many messages, another version of the page
-DENIED, NOISY, OTHER_VERSION = 4401, 4429, 4426
+#: close codes: a wrong token, a fabric of others, too many messages, another version
+DENIED, FOREIGN, NOISY, OTHER_VERSION = 4401, 4403, 4429, 4426
 QUIET = logging.getLogger("rems_net.dashboard.websockets")
 QUIET.setLevel(logging.CRITICAL)
 
@@ -59,6 +61,8 @@ class Server:
     ):
         self.door = door
         self.stream = Stream(fabric, broadcast, rate, again)
+        self.streams = Streams(self.stream)
+        self.teams = Teams(lambda: self.stream.fabric.session)
         self.viewers = Viewers(door, self.stream, broadcast)
         self._strangers = 0
         self._stopper = ThreadPoolExecutor(1, "stop")
@@ -69,6 +73,7 @@ class Server:
             await self.stream.run()
         finally:
             self._stopper.shutdown(wait=False)
+            self.streams.end()
 
     async def listen(self, sock: socket.socket) -> Listener:
         """Listen at a bound socket, the door's."""
@@ -105,7 +110,7 @@ class Server:
                 {},
                 b"This is no page of it.\n",
             )
-        elif self._strangers >= STRANGERS or len(self.stream.pages) >= PAGES:
+        elif self._strangers >= STRANGERS or self.streams.pages >= PAGES:
             status, headers = HTTPStatus.SERVICE_UNAVAILABLE, {}
             body = f"{PAGES} pages are open already.\n".encode()
         else:
@@ -128,15 +133,19 @@ class Server:
             self._strangers -= 1
         if hello is None:
             return
-        stream = self.stream
+        stream = await self.streams.of(hello.get("fabric"))
+        if stream is None:
+            await link.close(FOREIGN, "a fabric of another team")
+            return
         page = Page(link, Hands(stream.fabric, stream.workers))
-        await page.send({"welcome": self._welcome()})
-        self.stream.add(page)
         try:
-            await self._hear(page)
+            await page.send({"welcome": self._welcome(stream)})
+            stream.add(page)
+            await self._hear(page, stream)
         finally:
             page.hands.let_go()
-            self.stream.remove(page)
+            stream.remove(page)
+            self.streams.leave(stream)
 
     async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
         """Return the first message if it has the token; else close, and return None."""
@@ -155,18 +164,18 @@ class Server:
             return None
         return hello
 
-    def _welcome(self) -> dict[str, Any]:
-        link = self.stream.fabric.session.link
+    def _welcome(self, stream: Stream) -> dict[str, Any]:
+        link = stream.fabric.session.link
         return {
             "version": rems_net.__version__,
             "fabric": link.fabric,
             "at": link.endpoint,
             "user": link.user,
-            "rate": self.stream.rate,
-            "may": list(self.stream.desk.deeds),
+            "rate": stream.rate,
+            "may": [*stream.desk.deeds, *self.teams.deeds],
         }
 
-    async def _hear(self, page: Page) -> None:
+    async def _hear(self, page: Page, stream: Stream) -> None:
         """Obey the messages of a page until it goes."""
         doing: set[asyncio.Task[None]] = set()
         with suppress(ConnectionClosed):
@@ -174,14 +183,13 @@ class Server:
                 if not page.may_speak():
                     await page.link.close(NOISY, "too many messages")
                     return
-                task = asyncio.create_task(self._obey(page, text))
+                task = asyncio.create_task(self._obey(page, stream, text))
                 doing.add(task)
                 task.add_done_callback(doing.discard)
 
-    async def _obey(self, page: Page, text: str | bytes) -> None:
+    async def _obey(self, page: Page, stream: Stream, text: str | bytes) -> None:
         """Do what a message asks for, and answer it."""
         answer: dict[str, Any] = {}
-        stream = self.stream
         try:
             request = read_message(text)
             answer["id"] = request.get("id") if type(request.get("id")) is int else 0
@@ -192,11 +200,16 @@ class Server:
             if "hand" in request:
                 page.hands.take(request, time.monotonic())
                 return
-            if request.get("do") == "stop":  # before any robot is asked
+            verb = str(request.get("do"))
+            stops: dict[str, Callable[[], None]] = {
+                "stop": stream.desk.put_stop,
+                "stop_teams": partial(self.teams.put_stop, request),
+            }
+            if verb in stops:  # before any robot is asked
                 loop = asyncio.get_running_loop()
-                await loop.run_in_executor(self._stopper, stream.desk.put_stop)
-            drives = request.get("do") == "drive"
-            do = page.hands.drive if drives else stream.desk.do
+                await loop.run_in_executor(self._stopper, stops[verb])
+            do = page.hands.drive if verb == "drive" else stream.desk.do
+            do = self.teams.deeds.get(verb, do)
             answer["result"] = await stream.in_thread(partial(do, request))
         except RemsError as error:
             answer["error"] = str(error)
