@@ -10,9 +10,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE, read_rows, read_told
 from rems_net.client.client import Gathered
+from rems_net.client.doctor import examine_joined
 from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
@@ -20,6 +22,7 @@ from rems_net.dashboard.protocol import described
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
+from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, read
 from rems_net.router.session import Session
@@ -49,6 +52,9 @@ class Desk:
             "step": self._step,
             "pace": self._pace,
             "why": self._why,
+            "settings": self._settings,
+            "adjust": self._adjust,
+            "doctor": self._doctor,
         }
 
     # -- what pages ask for -------------------------------------------------------
@@ -91,6 +97,27 @@ class Desk:
 
     def _why(self, request: dict[str, Any]) -> list[str]:
         return self.fabric.why(str(request.get("key", ""))[:256])
+
+    def _settings(self, request: dict[str, Any]) -> list[dict[str, Any]]:
+        """Return the settings of an agent; none if it does not list them."""
+        session = self.fabric.session
+        key = session.key(_agent(request), "@settings")
+        for mail in session.ask(key, timeout=SHORT, first=True):
+            with suppress(*NONSENSE):
+                return _read_settings(mail)
+        return []
+
+    def _adjust(self, request: dict[str, Any]) -> list[dict[str, Any]]:
+        """Change live settings by a call, which outputs record; return all settings."""
+        values: Any = request.get("values")
+        if not isinstance(values, dict):
+            raise WireError("Settings are a map of names and values. (R1003)")
+        self.fabric.call(_agent(request), "adjust", (), values)
+        return self._settings(request)
+
+    def _doctor(self, _: dict[str, Any]) -> list[tuple[bool, str]]:
+        found = examine_joined(self.fabric.session)
+        return [(one.well, one.sentence) for one in found]
 
     # -- what the page always shows ---------------------------------------------------
 
@@ -177,6 +204,22 @@ def _asked(session: Session, key: str, read: Callable[[Mail], Any]) -> Any:
         with suppress(*NONSENSE):
             return read(mail)
     return None
+
+
+def _agent(request: dict[str, Any]) -> str:
+    """Return the agent that a page names. Raises WireError."""
+    agent = request.get("agent")
+    kind, _, name = str(agent).partition("/")
+    if kind not in PHASES or not is_name(name):
+        raise WireError(f"{agent!r:.80} is no agent, such as robot/sim. (R1003)")
+    return f"{kind}/{name}"
+
+
+def _read_settings(mail: Mail) -> list[dict[str, Any]]:
+    found = json.loads(mail.payload) if mail.size <= LARGEST else None
+    if not isinstance(found, list) or not all(isinstance(r, dict) for r in found):
+        raise WireError("This answer is no list of settings. (R1003)")
+    return found[:MOST]
 
 
 def _read_map(mail: Mail) -> dict[str, Any]:

@@ -17,7 +17,7 @@ The page speaks JSON texts, at most LONGEST bytes each and RATE a second:
 
 The server speaks JSON texts with one or more of these members:
 
-  welcome    {version, fabric, at, may: [VERB]}, once
+  welcome    {version, fabric, at, layout, may: [VERB]}, once
   schemas    {DIGEST: [{path, dtype, unit, range, shape, choices, doc, item}]}
   channels   [{id, key, schema}], each channel once; `schema` is a digest or ""
   forget     the run is another one: all values and channels are void

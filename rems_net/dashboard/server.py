@@ -50,6 +50,7 @@ class Server:
 
     rate: frames per second.
     again: joins the fabric once more, for a run that has begun elsewhere.
+    layout: plots and views with which a page begins.
     """
 
     def __init__(
@@ -58,8 +59,9 @@ class Server:
         door: Door,
         rate: float = 30.0,
         again: Callable[[], Fabric] | None = None,
+        layout: dict[str, Any] | None = None,
     ):
-        self.door = door
+        self.door, self._layout = door, layout
         self.stream = Stream(fabric, broadcast, rate, again)
         self.streams = Streams(self.stream)
         self.teams = Teams(lambda: self.stream.fabric.session)
@@ -172,6 +174,7 @@ class Server:
             "at": link.endpoint,
             "user": link.user,
             "rate": stream.rate,
+            "layout": self._layout,
             "may": [*stream.desk.deeds, *self.teams.deeds],
         }
 

@@ -4,6 +4,8 @@ import asyncio
 import socket
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from typing import Any
 
 from rems_net.client import Fabric
 from rems_net.dashboard.door import Door
@@ -47,17 +49,29 @@ def listening_at(
 
 
 def serve(
-    fabric: Fabric, door: Door, sock: socket.socket, rate: float, name: str, at: str
+    fabric: Fabric,
+    door: Door,
+    sock: socket.socket,
+    rate: float,
+    name: str,
+    at: str,
+    layout: dict[str, Any] | None = None,
 ) -> None:
     """Serve the page of a fabric until it is interrupted; then leave the fabric.
 
     rate: frames per second.
     name, at: as of `join`, for another run after this one.
+    layout: plots and views with which a page begins.
     """
 
     async def until_cancelled() -> None:
-        server = Server(fabric, door, rate, lambda: Fabric(open_session(name, at)))
+        again = partial(_again, name, at)
+        server = Server(fabric, door, rate, again, layout)
         async with await server.listen(sock):
             await server.run()
 
     asyncio.run(until_cancelled())
+
+
+def _again(name: str, at: str) -> Fabric:
+    return Fabric(open_session(name, at))

@@ -29,10 +29,12 @@ ROBOT = "rems.store.ports.get('robot/euler/state')"
 class Lab:
     """A run in a process of its own, and its page in another."""
 
+    script = SCRIPT
+
     def __init__(self, folder: Path):
         self.folder = folder
         (folder / "rt").mkdir(mode=0o700)
-        (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
+        (folder / "lab.py").write_text(self.script, encoding="utf-8")
         self._more: dict[str, Any] = {
             "cwd": folder,
             "env": environment(XDG_RUNTIME_DIR=str(folder / "rt")),
@@ -69,6 +71,10 @@ class Lab:
         """Whether STOP holds, by what `rems` says in another process."""
         done = self.typed("list")
         return "STOP holds" in done.stdout + done.stderr
+
+    def ended(self) -> None:
+        """Wait for the end of the run."""
+        assert self._started[0].wait(30) == 0
 
     def close(self) -> None:
         for process in reversed(self._started):

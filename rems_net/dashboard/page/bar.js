@@ -35,7 +35,7 @@ export class Bar {
     document.addEventListener("keydown", (event) => {
       if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return;
       const at = event.target;
-      if (at instanceof HTMLInputElement && at.type !== "button") return;
+      if (at instanceof HTMLInputElement && ["search", "text", "number"].includes(at.type)) return;
       // Space stops, also where it would press a button.
       event.preventDefault();
       if (!event.repeat) this.stop();

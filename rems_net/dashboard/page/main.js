@@ -3,9 +3,12 @@
 import { Arena } from "./arena.js";
 import { Bar } from "./bar.js";
 import { by, make, write } from "./dom.js";
+import { doctor } from "./doctor.js";
 import { Drive } from "./drive.js";
+import { Layout } from "./layout.js";
 import { Link } from "./link.js";
 import { Plots } from "./plot.js";
+import { Settings } from "./settings.js";
 import { Store } from "./store.js";
 import { Teams } from "./teams.js";
 import { Tree } from "./tree.js";
@@ -16,10 +19,13 @@ const LINES = 300;
 const store = new Store();
 const plots = new Plots(store);
 const arena = new Arena(store);
+const layout = new Layout(plots, arena, say);
 const bar = new Bar(store, () => link, say);
 const drive = new Drive(() => link, say);
 const teams = new Teams(() => link, say);
-const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }));
+const settings = new Settings((verb, more) => link.ask(verb, more), say);
+by("log").before(doctor(() => link.ask("doctor")));
+const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }), (agent) => settings.of(agent));
 
 const asked = new URLSearchParams(location.search);
 for (const key of asked.getAll("field").slice(0, 16)) plots.toggle(key);
@@ -39,6 +45,7 @@ const link = new Link(location.hash.slice(1), {
     if (message.status) drive.attend(message.status);
     if (message.beat) drive.hear(message.beat);
     if (message.welcome) {
+      if (message.welcome.layout && !teams.fabric && !plots.series.length) layout.set(message.welcome.layout);
       bar.known = true;
       const { fabric, at, user, version } = message.welcome;
       write(by("title"), fabric);

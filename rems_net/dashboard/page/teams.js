@@ -22,7 +22,7 @@ export class Teams {
     this.chosen = new URLSearchParams(location.search).size > 0;
     /** @type {Row[]} */
     this.rows = [];
-    /** @type {Map<string, {tile: HTMLElement, state: HTMLElement, facts: HTMLElement, who: HTMLElement, stop: HTMLButtonElement, release: HTMLButtonElement}>} */
+    /** @type {Map<string, ReturnType<Teams["tile"]>>} */
     this.tiles = new Map();
     this.section = by("teams");
     this.list = by("team-list");
@@ -31,8 +31,8 @@ export class Teams {
     this.toggle.setAttribute("aria-expanded", "false");
     by("time").before(this.toggle);
     by("team-tools").append(
-      danger("STOP all", () => this.stop(this.names()), "stop the robots of every team"),
-      held("hold to release all", () => this.release(this.names()), "let the robots of every team go on"),
+      button("STOP all", () => this.ask("stop_teams", this.names()), "stop the robots of every team"),
+      held("hold to release all", () => this.ask("release_teams", this.names()), "let the robots of every team go on"),
     );
   }
 
@@ -74,7 +74,7 @@ export class Teams {
       this.list.replaceChildren(...[...this.tiles.values()].map(({ tile }) => tile));
     }
     for (const row of this.rows) {
-      const { tile, state, facts, who, stop, release } = /** @type {any} */ (this.tiles.get(row.fabric));
+      const { tile, state, facts, who, stop, release } = this.tiles.get(row.fabric) ?? this.tile(row.fabric);
       const [kind, text] = stateOf(row);
       tile.className = `team${row.fabric === this.fabric ? " own" : ""}`;
       state.className = kind;
@@ -92,24 +92,15 @@ export class Teams {
   tile(name) {
     const link = make("a", { href: `?fabric=${encodeURIComponent(name)}${location.hash}` }, name);
     const [state, facts, who] = [make("span"), make("p"), make("p", { class: "quiet" })];
-    const stop = danger("STOP", () => this.stop([name]), `stop the robots of ${name}`);
-    const release = held("hold to release", () => this.release([name]), `let the robots of ${name} go on`);
+    const stop = button("STOP", () => this.ask("stop_teams", [name]), `stop the robots of ${name}`);
+    const release = held("hold to release", () => this.ask("release_teams", [name]), `let the robots of ${name} go on`);
     const tile = make("li", {}, make("div", {}, link, state), facts, who, make("div", {}, stop, release));
     return { tile, state, facts, who, stop, release };
   }
 
-  /** @param {string[]} fabrics */
-  stop(fabrics) {
-    this.ask("stop_teams", fabrics);
-  }
-
-  /** @param {string[]} fabrics */
-  release(fabrics) {
-    this.ask("release_teams", fabrics.filter((name) => this.rows.some((row) => row.fabric === name && row.stopped)));
-  }
-
-  /** @param {string} verb @param {string[]} fabrics */
-  ask(verb, fabrics) {
+  /** Stop or release fabrics, and show what each one answers. @param {string} verb @param {string[]} names */
+  ask(verb, names) {
+    const fabrics = names.filter((name) => verb !== "release_teams" || this.rows.some((row) => row.fabric === name && row.stopped));
     this.link().ask(verb, { fabrics }).then((done) => {
       for (const [name, said] of Object.entries(done)) {
         if (typeof said === "string") this.say(`${name}: ${said}`);
@@ -118,13 +109,6 @@ export class Teams {
       this.before = 0;
     }, (error) => this.say(error.message));
   }
-}
-
-/** A red button. @param {string} label @param {() => void} pressed @param {string} title */
-function danger(label, pressed, title) {
-  const made = button(label, pressed, title);
-  made.classList.add("danger");
-  return made;
 }
 
 /** How it goes on a fabric: class and text. @param {Row} row @returns {[string, string]} */

@@ -14,8 +14,12 @@ const PAUSE = 100;
 const ORDER = ["clock", "input", "robot", "world", "process", "output"];
 
 export class Tree {
-  /** @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why */
-  constructor(store, plot, why) {
+  /**
+   * @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why
+   * @param {(agent: string) => HTMLElement} settings
+   */
+  constructor(store, plot, why, settings) {
+    this.settings = settings;
     this.store = store;
     this.plot = plot;
     this.why = why;
@@ -90,6 +94,7 @@ export class Tree {
     const fill = () => {
       made.append(...ports.sort((a, b) => compare(a.name, b.name)).map((port) => this.port(port)));
       const told = make("p", { class: "quiet why" });
+      if (!name.startsWith("clock/")) made.append(this.settings(name));
       made.append(button("why?", () => {
         write(told, "...");
         this.why(name).then((lines) => write(told, lines.join(" ")), (error) => write(told, error.message));
