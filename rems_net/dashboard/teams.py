@@ -26,6 +26,8 @@ from rems_net.router.session import Session
 FRESH = 0.9
 #: fabrics that one request stops or releases
 MOST = 256
+#: what a page names to stop every fabric
+ALL = "all"
 
 
 class Teams:
@@ -56,15 +58,19 @@ class Teams:
 
     def put_stop(self, request: dict[str, Any]) -> None:
         """Put STOP on the fabrics that a page names, and wait for nothing."""
-        stop_each(self._session(), _names(request))
+        if request.get("fabrics") == ALL:  # those that were seen, without a question
+            names = [row["fabric"] for row in self._seen.get("rows", ())]
+        else:
+            names = _names(request)
+        stop_each(self._session(), names)
 
     def _stop(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the receipts by fabric, or why there are none."""
-        done = on_each(
-            self._session(),
-            _names(request),
-            lambda one: [str(receipt) for receipt in Fabric(one).stop()],
-        )
+        session = self._session()
+        everywhere = request.get("fabrics") == ALL
+        names = fabrics(session) if everywhere else _names(request)
+        stop_each(session, names)
+        done = on_each(session, names, lambda s: [*map(str, Fabric(s).stop())])
         return self._told(done)
 
     def _release(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -103,6 +109,7 @@ def _look(session: Session) -> dict[str, Any]:
     for name in sorted({*there, *idle}):
         here, away = _students(everybody, name)
         row: dict[str, Any] = {"fabric": name, "here": here, "away": away}
+        row["there"] = name in there
         state = states.get(name)
         if isinstance(state, FabricError):
             row["error"] = str(state)[:500]

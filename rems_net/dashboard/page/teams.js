@@ -3,12 +3,10 @@
 import { button, by, held, make, write } from "./dom.js";
 import { compare } from "./tree.js";
 
-/** @typedef {import("./link.js").Link} Link */
-/** @typedef {Record<string, any>} Row one fabric: see teams.py */
+/** @typedef {import("./link.js").Link} Link @typedef {Record<string, any>} Row one fabric: see teams.py */
 
 /** ms between two looks while the grid is shown, and while it is not. */
-const LOOK = 1000;
-const REST = 5000;
+const [LOOK, REST] = [1000, 5000];
 
 export class Teams {
   /** @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
@@ -25,19 +23,13 @@ export class Teams {
     /** @type {Map<string, ReturnType<Teams["tile"]>>} */
     this.tiles = new Map();
     this.section = by("teams");
-    this.list = by("team-list");
     this.toggle = button("teams", () => this.show(Boolean(this.section.hidden)), "all fabrics at this router");
     this.toggle.hidden = true;
-    this.toggle.setAttribute("aria-expanded", "false");
     by("time").before(this.toggle);
     by("team-tools").append(
-      button("STOP all", () => this.ask("stop_teams", this.names()), "stop the robots of every team"),
-      held("hold to release all", () => this.ask("release_teams", this.names()), "let the robots of every team go on"),
+      button("STOP all", () => this.ask("stop_teams", "all"), "stop the robots of every team"),
+      held("hold to release all", () => this.ask("release_teams", this.rows.filter((row) => row.stopped).map((row) => row.fabric)), "let the robots of every team go on"),
     );
-  }
-
-  names() {
-    return this.rows.map((row) => row.fabric);
   }
 
   /** @param {boolean} shown */
@@ -52,8 +44,7 @@ export class Teams {
   /** Look at all fabrics, if it is time to. @param {number} now ms */
   look(now) {
     if (this.asked || now - this.before < (this.section.hidden ? REST : LOOK) || document.hidden) return;
-    this.before = now;
-    this.asked = true;
+    [this.before, this.asked] = [now, true];
     this.link().ask("teams").then((found) => this.hear(found), () => {}).finally(() => { this.asked = false; });
   }
 
@@ -67,11 +58,11 @@ export class Teams {
   }
 
   draw() {
-    const names = this.names();
+    const names = this.rows.map((row) => row.fabric);
     if (names.join() !== [...this.tiles.keys()].join()) {
       const old = this.tiles;
       this.tiles = new Map(names.map((name) => [name, old.get(name) ?? this.tile(name)]));
-      this.list.replaceChildren(...[...this.tiles.values()].map(({ tile }) => tile));
+      by("team-list").replaceChildren(...[...this.tiles.values()].map(({ tile }) => tile));
     }
     for (const row of this.rows) {
       const { tile, state, facts, who, stop, release } = this.tiles.get(row.fabric) ?? this.tile(row.fabric);
@@ -83,7 +74,7 @@ export class Teams {
       write(facts, row.clock ? `tick ${row.tick}, ${row.robots} robot${row.robots === 1 ? "" : "s"}${late}` : "");
       const away = row.away.length ? `not here: ${row.away.join(", ")}` : "";
       write(who, [row.here.join(", "), away].filter(Boolean).join("; "));
-      stop.hidden = !row.clock && !row.stopped && !row.robots;
+      stop.hidden = !row.there;
       release.hidden = !row.stopped;
     }
   }
@@ -98,9 +89,8 @@ export class Teams {
     return { tile, state, facts, who, stop, release };
   }
 
-  /** Stop or release fabrics, and show what each one answers. @param {string} verb @param {string[]} names */
-  ask(verb, names) {
-    const fabrics = names.filter((name) => verb !== "release_teams" || this.rows.some((row) => row.fabric === name && row.stopped));
+  /** Stop or release fabrics, and show what each one answers. @param {string} verb @param {string[] | "all"} fabrics */
+  ask(verb, fabrics) {
     this.link().ask(verb, { fabrics }).then((done) => {
       for (const [name, said] of Object.entries(done)) {
         if (typeof said === "string") this.say(`${name}: ${said}`);

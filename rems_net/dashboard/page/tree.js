@@ -14,10 +14,7 @@ const PAUSE = 100;
 const ORDER = ["clock", "input", "robot", "world", "process", "output"];
 
 export class Tree {
-  /**
-   * @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why
-   * @param {(agent: string) => HTMLElement} settings
-   */
+  /** @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why @param {(agent: string) => HTMLElement} settings */
   constructor(store, plot, why, settings) {
     this.settings = settings;
     this.store = store;
