@@ -47,7 +47,7 @@ class Agent:
     needs: ClassVar[tuple[str, ...]] = ()
     #: Names of settings that `adjust` may change while it runs: it reads them anew at
     #: each step. With such names `adjust` is a verb.
-    live: ClassVar[tuple[str, ...]] = ()
+    adjustable: ClassVar[tuple[str, ...]] = ()
     _found: ClassVar[dict[str, Port]]
 
     def __init__(
@@ -144,12 +144,12 @@ class Agent:
         return {k: self.__dict__[k].schema for k in outs if k in self.__dict__}
 
     def adjust(self, **values: Any) -> None:
-        """Change settings that are `live`: all of these, or none.
+        """Change settings that are `adjustable`: all of these, or none.
 
         The values are checked like any others, units included: `adjust(gain=0.5)`.
-        Raises SchemaError for a setting that is not live.
+        Raises SchemaError for a setting that is not adjustable.
         """
-        can = [name for name, *_ in self.all_settings() if name in self.live]
+        can = [name for name, _, row in self.all_settings() if row["adjustable"]]
         for name in values:
             if name not in can:
                 raise SchemaError(
@@ -169,11 +169,13 @@ class Agent:
         return [slot for slot in ("parameters", "options") if slot in self.__dict__]
 
     def all_settings(self) -> Iterable[tuple[str, Field, dict[str, Any]]]:
-        """Yield each setting: its name, its field, and its value with the unit."""
+        """Yield each setting: name, field, and a row of value, unit and adjustable."""
+        parts = (vars(part).get("adjustable", ()) for part in type(self).__mro__)
+        names = {name for part in parts for name in part}
         for slot in self._slots():
             found = self.__dict__[slot].describe()
             for name, field in self.__dict__[slot].schema.rows():
-                yield name, field, found[name]
+                yield name, field, found[name] | {"adjustable": name in names}
 
     def prepare(self) -> None:
         """Check what can be checked before anything starts, and settle the ports.

@@ -280,7 +280,7 @@ class Driver(Robot):
         """Return a key that is equal for robots that are stepped together."""
         if self.shared is not None:
             return id(self.shared)
-        if self.live:  # its settings may become others at any tick
+        if self.adjustable:  # its settings may become others at any tick
             return self.key
         settings = self.parameters.encode(), self.options.encode()
         return type(self), runtime(self).every, *settings

@@ -108,7 +108,7 @@ class Desk:
         return []
 
     def _adjust(self, request: dict[str, Any]) -> list[dict[str, Any]]:
-        """Change live settings by a call, which outputs record; return all settings."""
+        """Change settings by a call, which outputs record; return all settings."""
         values: Any = request.get("values")
         if not isinstance(values, dict):
             raise WireError("Settings are a map of names and values. (R1003)")

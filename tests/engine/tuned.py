@@ -18,7 +18,7 @@ class Swing(Input):
         rest=velocity(default=0.1, range=(-1, 1)),
         title=text(default="swing"),
     )
-    live = ("gain", "rest")
+    adjustable = ("gain", "rest")
     value = Out(SPEED)
 
     def read(self, tick: Tick) -> dict[str, Any]:
@@ -29,7 +29,7 @@ class Cart(Definition):
     """Goes as commanded, times a factor of its own that may change."""
 
     parameters = Settings(factor=number(default=1.0, range=(0, 1)))
-    live = ("factor",)
+    adjustable = ("factor",)
     command = In(SPEED)
     state = Out(Schema("tuned.state", {"x": length()}))
 

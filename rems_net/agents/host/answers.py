@@ -252,23 +252,21 @@ def tell_scene(
 def tell_settings(
     agents: Mapping[str, Agent], key: Callable[..., str], question: Question
 ) -> None:
-    """Answer with an agent's settings, and which are live. In Zenoh's thread."""
+    """Answer with the settings of agents. Runs in Zenoh's thread."""
     for agent in asked(question, agents):
         full = key(agent.key, "@settings")
         if question.covers(full):
-            rows = [_setting(agent, *row) for row in agent.all_settings()]
+            rows = [_setting(*row) for row in agent.all_settings()]
             question.answer(full, json.dumps(rows).encode())
 
 
-def _setting(
-    agent: Agent, name: str, field: Field, found: dict[str, Any]
-) -> dict[str, Any]:
+def _setting(name: str, field: Field, found: dict[str, Any]) -> dict[str, Any]:
     row = {"name": name, "dtype": field.dtype, "doc": field.doc, **found}
     if field.range is not None:
         row["range"] = list(field.range)
     if field.choices:
         row["choices"] = list(field.choices)
-    return row | {"live": name in agent.live}
+    return row
 
 
 def tell_where(inbox: Inbox, question: Question) -> None:

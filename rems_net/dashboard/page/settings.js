@@ -3,7 +3,7 @@
 import { make, select, write } from "./dom.js";
 import { show, written } from "./units.js";
 
-/** @typedef {{name: string, value: unknown, unit: string, dtype: string, live: boolean, range?: [number, number], choices?: string[], doc?: string}} Row */
+/** @typedef {{name: string, value: unknown, unit: string, dtype: string, adjustable: boolean, range?: [number, number], choices?: string[], doc?: string}} Row */
 
 /** ms. A slider that moves changes its setting so often. */
 const PERIOD = 100;
@@ -35,7 +35,7 @@ export class Settings {
     table.replaceChildren(...rows.map((row) => {
       const text = make("td", { class: "value" }, show(row.value));
       const name = make("th", { scope: "row", title: String(row.doc ?? "") }, String(row.name));
-      if (row.live === true) name.append(this.control(agent, row, text));
+      if (row.adjustable === true) name.append(this.control(agent, row, text));
       return make("tr", {}, name, text, make("td", {}, written(String(row.unit))));
     }));
     if (!rows.length) table.replaceChildren(make("caption", {}, "It has no settings."));
