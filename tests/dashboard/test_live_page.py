@@ -141,6 +141,11 @@ def test_a_layout_is_saved_and_loaded(lab: Lab, tab: Browser) -> None:
             )
     tab.until("rems.plots.series.length === 1 && rems.plots.span === 30")
     tab.until("document.querySelector('.unit-line button').textContent === 'cm'")
+    tab.go(lab.page("--layout", str(file)))  # a page that begins with it
+    tab.until("rems.plots.series.length === 1 && rems.plots.span === 30")
+    tab.until("document.querySelector('.unit-line button')?.textContent === 'cm'")
+    tab.go(lab.link)
+    tab.until("rems.store.ports.get('robot/cart/state')?.tick > 0")
     refused = lab.typed("dashboard", "--layout", "holder.py")
     assert refused.returncode == 2
     assert "holder.py cannot be read as a layout: it is no JSON" in refused.stderr

@@ -50,7 +50,11 @@ class Lab:
     def _begin(self, folder: Path) -> str:
         self._started.append(self.start("run", "lab.py"))
         until(lambda: self.typed("list").returncode == 0)
-        page = self.start("dashboard", "--no-qr", stdout=subprocess.PIPE)
+        return self.page()
+
+    def page(self, *words: str) -> str:
+        """Start a page of its own; return its link."""
+        page = self.start("dashboard", "--no-qr", *words, stdout=subprocess.PIPE)
         self._started.append(page)
         assert page.stdout is not None
         found = (re.search(r"http://\S+", line) for line in page.stdout)

@@ -37,8 +37,7 @@ export class Layout {
   }
 
   save() {
-    const text = JSON.stringify(this.get(), null, 2);
-    const href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+    const href = URL.createObjectURL(new Blob([JSON.stringify(this.get(), null, 2)], { type: "application/json" }));
     make("a", { href, download: "layout.json" }).click();
   }
 }

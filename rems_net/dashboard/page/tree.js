@@ -74,7 +74,9 @@ export class Tree {
       const text = this.words ? "Nothing has this name." : "No agent publishes a value yet.";
       shown.push(make("p", { class: "quiet" }, text));
     }
+    const at = document.activeElement;
     by("tree").replaceChildren(...shown);
+    if (at instanceof HTMLElement) at.focus(); // a slider stays in the hand
   }
 
   /** @param {Port} port */
