@@ -125,7 +125,7 @@ def check(args: argparse.Namespace) -> None:
 def read_layout(path: Path) -> dict[str, Any]:
     """Return a layout that a page has saved. Raises ExperimentError."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or "it is no JSON"
         raise ExperimentError(

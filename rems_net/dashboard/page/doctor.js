@@ -13,6 +13,6 @@ export function doctor(ask) {
       list.replaceChildren(...lines, make("li", {}, button("again", look)));
     });
   };
-  made.addEventListener("toggle", () => { if (made.open) look(); });
+  made.addEventListener("toggle", () => made.open && look());
   return made;
 }

@@ -26,8 +26,7 @@ export class Settings {
     made.addEventListener("toggle", () => {
       if (made.open) this.ask("settings", { agent }).then((rows) => this.fill(agent, table, rows), (error) => this.say(error.message));
     });
-    this.made.set(agent, made);
-    return made;
+    return this.made.set(agent, made) && made;
   }
 
   /** @param {string} agent @param {HTMLTableElement} table @param {Row[]} rows */

@@ -53,6 +53,7 @@ export class Tree {
   }
 
   build() {
+    const at = document.activeElement;
     this.version = this.store.version;
     this.lines = [];
     this.shown.clear();
@@ -74,7 +75,6 @@ export class Tree {
       const text = this.words ? "Nothing has this name." : "No agent publishes a value yet.";
       shown.push(make("p", { class: "quiet" }, text));
     }
-    const at = document.activeElement;
     by("tree").replaceChildren(...shown);
     if (at instanceof HTMLElement) at.focus(); // a slider stays in the hand
   }
