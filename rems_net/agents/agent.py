@@ -11,8 +11,8 @@ from rems_net.agents.diagnosis import lacking, written
 from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.runtime import RUNTIME, Runtime, runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict, Schema
-from rems_net.errors import SchemaError
+from rems_net.defdict import DefDict, Field, Schema
+from rems_net.errors import SchemaError, nearest
 
 PHASES = ("input", "robot", "world", "process", "output")
 
@@ -45,6 +45,9 @@ class Agent:
     lockstep: ClassVar[bool] = True
     #: Names of optional libraries that it needs; `rems show` lists the missing ones.
     needs: ClassVar[tuple[str, ...]] = ()
+    #: Names of settings that `adjust` may change while it runs: it reads them anew at
+    #: each step. With such names `adjust` is a verb.
+    adjustable: ClassVar[tuple[str, ...]] = ()
     _found: ClassVar[dict[str, Port]]
 
     def __init__(
@@ -139,6 +142,40 @@ class Agent:
         """Return the schema of each port that this agent publishes."""
         outs = [k for k, v in self._all_ports().items() if isinstance(v, Out)]
         return {k: self.__dict__[k].schema for k in outs if k in self.__dict__}
+
+    def adjust(self, **values: Any) -> None:
+        """Change settings that are `adjustable`: all of these, or none.
+
+        The values are checked like any others, units included: `adjust(gain=0.5)`.
+        Raises SchemaError for a setting that is not adjustable.
+        """
+        can = [name for name, _, row in self.all_settings() if row["adjustable"]]
+        for name in values:
+            if name not in can:
+                raise SchemaError(
+                    f"{name!r} of {self.key} cannot be changed while it runs; these "
+                    f"can: {', '.join(can) or 'none'}.{nearest(name, can)} (R0513)"
+                )
+        given = {
+            slot: {k: v for k, v in values.items() if k in self.__dict__[slot]}
+            for slot in self._slots()
+        }
+        for slot, part in given.items():
+            self.__dict__[slot].copy().update(part)
+        for slot, part in given.items():
+            self.__dict__[slot].update(part)
+
+    def _slots(self) -> list[str]:
+        return [slot for slot in ("parameters", "options") if slot in self.__dict__]
+
+    def all_settings(self) -> Iterable[tuple[str, Field, dict[str, Any]]]:
+        """Yield each setting: name, field, and a row of value, unit and adjustable."""
+        parts = (vars(part).get("adjustable", ()) for part in type(self).__mro__)
+        names = {name for part in parts for name in part}
+        for slot in self._slots():
+            found = self.__dict__[slot].describe()
+            for name, field in self.__dict__[slot].schema.rows():
+                yield name, field, found[name] | {"adjustable": name in names}
 
     def prepare(self) -> None:
         """Check what can be checked before anything starts, and settle the ports.

@@ -280,6 +280,8 @@ class Driver(Robot):
         """Return a key that is equal for robots that are stepped together."""
         if self.shared is not None:
             return id(self.shared)
+        if self.adjustable:  # its settings may become others at any tick
+            return self.key
         settings = self.parameters.encode(), self.options.encode()
         return type(self), runtime(self).every, *settings
 

@@ -69,6 +69,8 @@ def verb_names(cls: type) -> list[str]:
         for name, method in vars(base).items()
         if is_verb(method)
     }
+    if getattr(cls, "adjustable", ()):
+        marked.add("adjust")
     return sorted(marked)
 
 

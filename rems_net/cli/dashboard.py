@@ -4,9 +4,11 @@ import argparse
 import json
 import sys
 from _thread import interrupt_main
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
@@ -20,6 +22,7 @@ EXAMPLES = """\
 examples:
   rems dashboard
   rems dashboard --field robot/model/state/x       with a plot of it
+  rems dashboard --layout layout.json              with what a page has saved
   rems dashboard --listen 0.0.0.0                  for all laptops of a network
   rems dashboard --port 8081 --rate 50
   rems dashboard --viewers                         for Lichtblick, too
@@ -48,6 +51,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--field", default="", metavar="KEY", help="plot it, such as robot/sim/state/x"
     )
+    parser.add_argument(
+        "--layout", type=Path, metavar="FILE", help="begin with the plots of this file"
+    )
     parser.add_argument("--no-qr", action="store_true", help="no QR code of the link")
     parser.add_argument(
         "--viewers",
@@ -63,9 +69,11 @@ def run(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl+C."""
     check(args)
     users = json.loads(sys.stdin.readline()) if args.sheet else {}
+    layout = read_layout(args.layout) if args.layout else None
     if args.beside:  # a run or a router: end with it
         Thread(target=_await_end, name="beside", daemon=True).start()
-    from rems_net.dashboard.serving import listening_at, serve
+    from rems_net.dashboard.server import Server
+    from rems_net.dashboard.serving import listening_at, rejoin, serve
 
     with join(fabric=args.fabric, at=args.at) as fabric:
         check_user(fabric.session.link.user)
@@ -77,7 +85,9 @@ def run(args: argparse.Namespace) -> int:
                 print("For viewers that speak the Foxglove WebSocket protocol:")
                 print(f"  {door.viewers()[-1]}", flush=True)
             accounts = invite(args, users, door.invite(users))
-            serve(fabric, door, sock, args.rate, args.fabric, args.at, accounts)
+            again = partial(rejoin, args.fabric, args.at)
+            server = Server(fabric, door, args.rate, again, accounts, layout)
+            serve(server, sock)
     return 0
 
 
@@ -136,6 +146,26 @@ def check(args: argparse.Namespace) -> None:
         )
     if not 0 <= args.port < 65_536:
         raise ExperimentError(f"--port is {args.port}; expected 1 to 65535. (R1001)")
+
+
+def read_layout(path: Path) -> dict[str, Any]:
+    """Return a layout that a page has saved. Raises ExperimentError."""
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        why = getattr(error, "strerror", None) or "it is no JSON"
+        raise ExperimentError(
+            f"{path} cannot be read as a layout: {why}. Expected a "
+            "file that `save` of a page has made. (R1001)"
+        ) from None
+    plots = found.get("plots") if isinstance(found, dict) else None
+    known = isinstance(plots, list) and all(isinstance(one, dict) for one in plots)
+    if not known or found.get("layout") != 1:
+        raise ExperimentError(
+            f"{path} is no layout; expected a file that `save` of a "
+            'page has made, which begins with {"layout": 1} (R1001)'
+        )
+    return found
 
 
 def announce(args: argparse.Namespace, links: list[str]) -> None:

@@ -24,11 +24,7 @@ def examine(endpoint: str) -> Iterator[Finding]:
 
     Stop at the first fault that makes all further tests fail.
     """
-    yield Finding(
-        True,
-        f"Python {platform.python_version()}, rems_net {rems_net.__version__}, zenoh "
-        f"{version('eclipse-zenoh')} on {sys.platform}",
-    )
+    yield _versions()
     try:
         notes.folder()
     except FabricError as error:
@@ -38,6 +34,25 @@ def examine(endpoint: str) -> Iterator[Finding]:
         yield from _here()
         return
     yield from _there(endpoint)
+
+
+def examine_joined(session: Session) -> Iterator[Finding]:
+    """Examine the fabric of an open session, with the rights of its user."""
+    yield _versions()
+    endpoint = session.link.endpoint
+    if not session.connected:
+        yield Finding(False, trouble(endpoint) or f"{endpoint} does not answer")
+        return
+    yield Finding(True, f"{endpoint} is a router, {session.routers()[0]}")
+    yield from check_up(session)
+
+
+def _versions() -> Finding:
+    return Finding(
+        True,
+        f"Python {platform.python_version()}, rems_net {rems_net.__version__}, zenoh "
+        f"{version('eclipse-zenoh')} on {sys.platform}",
+    )
 
 
 def _here() -> Iterator[Finding]:

@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
 from typing import Any, TypeVar
 
+from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
-from rems_net.client.answers import NONSENSE, read_rows, read_schemas
+from rems_net.client.answers import NONSENSE, read_rows, read_schemas, read_told
 from rems_net.client.client import Gathered
+from rems_net.client.doctor import examine_joined
 from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
@@ -21,8 +23,10 @@ from rems_net.engine.scenery import scene_by
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
+from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, read
+from rems_net.router.session import Session
 
 T = TypeVar("T")
 
@@ -51,6 +55,9 @@ class Desk:
             "step": self._step,
             "pace": self._pace,
             "why": self._why,
+            "settings": self._settings,
+            "adjust": self._adjust,
+            "doctor": self._doctor,
         }
 
     # -- what pages ask for -------------------------------------------------------
@@ -94,47 +101,41 @@ class Desk:
     def _why(self, request: dict[str, Any]) -> list[str]:
         return self.fabric.why(str(request.get("key", ""))[:256])
 
+    def _settings(self, request: dict[str, Any]) -> list[dict[str, Any]]:
+        """Return the settings of an agent; none if it does not list them."""
+        session = self.fabric.session
+        key = session.key(_agent(request), "@settings")
+        for mail in session.ask(key, timeout=SHORT, first=True):
+            with suppress(*NONSENSE):
+                return _read_settings(mail)
+        return []
+
+    def _adjust(self, request: dict[str, Any]) -> list[dict[str, Any]]:
+        """Change settings by a call, which outputs record; return all settings."""
+        values: Any = request.get("values")
+        if not isinstance(values, dict):
+            raise WireError("Settings are a map of names and values. (R1003)")
+        self.fabric.call(_agent(request), "adjust", (), values)
+        return self._settings(request)
+
+    def _doctor(self, _: dict[str, Any]) -> list[tuple[bool, str]]:
+        found = examine_joined(self.fabric.session)
+        return [(one.well, one.sentence) for one in found]
+
     # -- what the page always shows ---------------------------------------------------
 
     def status(self) -> dict[str, Any]:
         """Return the agents, the clock, and which robots stand, as plain values."""
         session = self.fabric.session
-        clock = self._asked("clock/@why", _read_map)
-        tick = self._asked("clock/tick?format=json", _read_map)
-        rows = self._asked("clock/roster?format=json", read_rows) or []
-        stopped = bool(clock and clock.get("stopped"))
-        held = ""
-        if not clock:
-            with suppress(RemsError):
-                held = stop_that_holds(session)
-            stopped = bool(held)
-        told = None
-        if clock and tick:
-            told = {"pace": tick.get("pace"), "paused": clock.get("paused") is True}
-            if not told["paused"] and clock["age"] > HELD:
-                told["held"] = str(clock.get("waits_for") or "nobody")[:500]
-        return {
+        found = look_at(session)
+        for name in ("tick", "t"):  # they come with the values
+            del found[name]
+        return found | {
             "router": session.connected,
             "here": machine(),
-            "agents": [[row["agent"], row["kind"], row["host"]] for row in rows],
-            "late": [row["agent"] for row in rows if row["seen"] > LATE],
-            "clock": told,
-            "stopped": stopped,
-            "robots": self._standing() if stopped else {},
+            "robots": self._standing() if found["stopped"] else {},
             "drivers": self.fabric.drivers(),
         }
-
-    def _asked(self, key: str, read: Callable[[Mail], Any]) -> Any:
-        """Return the first readable answer; None if there is none."""
-        session = self.fabric.session
-        try:
-            answers = session.ask(session.key(key), timeout=SHORT, first=True)
-        except FabricError:
-            return None
-        for mail in answers:
-            with suppress(*NONSENSE):
-                return read(mail)
-        return None
 
     def _standing(self) -> dict[str, bool]:
         """Return which robots stand, by what they report themselves."""
@@ -188,6 +189,58 @@ class Desk:
                 gathered.hear(mail)
         for full, value in gathered.values.items():
             yield "/".join(full.split("/")[1:3]), value
+
+
+def look_at(session: Session) -> dict[str, Any]:
+    """Return agents, late agents, the clock, the tick, and whether STOP holds."""
+    clock = _asked(session, "clock/@why", _read_map)
+    tick = _asked(session, "clock/tick?format=json", read_told)
+    rows = _asked(session, "clock/roster?format=json", read_rows) or []
+    stopped = bool(clock and clock.get("stopped"))
+    if not clock:
+        with suppress(RemsError):
+            stopped = bool(stop_that_holds(session))
+    told = None
+    if clock and tick:
+        told = {"pace": tick.get("pace"), "paused": clock.get("paused") is True}
+        if not told["paused"] and clock.get("age", 0.0) > HELD:
+            told["held"] = str(clock.get("waits_for") or "nobody")[:500]
+    return {
+        "agents": [[row["agent"], row["kind"], row["host"]] for row in rows],
+        "late": [row["agent"] for row in rows if row["seen"] > LATE],
+        "clock": told,
+        "tick": int(tick["n"]) if tick else 0,
+        "t": float(tick["t"]) if tick else 0.0,
+        "stopped": stopped,
+    }
+
+
+def _asked(session: Session, key: str, read: Callable[[Mail], Any]) -> Any:
+    """Return the first readable answer; None if there is none."""
+    try:
+        answers = session.ask(session.key(key), timeout=SHORT, first=True)
+    except FabricError:
+        return None
+    for mail in answers:
+        with suppress(*NONSENSE):
+            return read(mail)
+    return None
+
+
+def _agent(request: dict[str, Any]) -> str:
+    """Return the agent that a page names. Raises WireError."""
+    agent = request.get("agent")
+    kind, _, name = str(agent).partition("/")
+    if kind not in PHASES or not is_name(name):
+        raise WireError(f"{agent!r:.80} is no agent, such as robot/sim. (R1003)")
+    return f"{kind}/{name}"
+
+
+def _read_settings(mail: Mail) -> list[dict[str, Any]]:
+    found = json.loads(mail.payload) if mail.size <= LARGEST else None
+    if not isinstance(found, list) or not all(isinstance(r, dict) for r in found):
+        raise WireError("This answer is no list of settings. (R1003)")
+    return found[:MOST]
 
 
 def _read_map(mail: Mail) -> dict[str, Any]:

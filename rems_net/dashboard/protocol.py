@@ -2,8 +2,11 @@
 
 The page speaks JSON texts, at most LONGEST bytes each and RATE a second:
 
-  {"hello": TOKEN, "version": 1}     the first message; anything else ends it
-  {"do": VERB, "id": 7, ...}         a request: see `deeds.py` for the verbs
+  {"hello": TOKEN, "version": 1, "fabric": NAME}
+                                     the first message; anything else ends it. Without
+                                     a fabric it is the one that was joined
+  {"do": VERB, "id": 7, ...}         a request: see `desk.py` and `teams.py` for the
+                                     verbs
   {"look": [AGENT]}                  the agents of which it shows every port; of
                                      other robots it gets the port `state` only
   {"do": "drive", "id": 8, "agents": [AGENT]}
@@ -14,7 +17,7 @@ The page speaks JSON texts, at most LONGEST bytes each and RATE a second:
 
 The server speaks JSON texts with one or more of these members:
 
-  welcome    {version, fabric, at, may: [VERB]}, once
+  welcome    {version, fabric, at, layout, may: [VERB]}, once
   schemas    {DIGEST: [{path, dtype, unit, range, shape, choices, doc, item}]}
   channels   [{id, key, schema}], each channel once; `schema` is a digest or ""
   forget     the run is another one: all values and channels are void

@@ -27,6 +27,8 @@ from rems_net.dashboard.hands import Hands
 from rems_net.dashboard.pages import Page
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
+from rems_net.dashboard.streams import Streams
+from rems_net.dashboard.teams import Teams
 from rems_net.dashboard.viewers.meeting import Viewers, chosen
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.router.settings import Link
@@ -39,8 +41,8 @@ GREETING = 5.0
 WRONG = 0.5
 #: s. A page that does not answer a ping for this long is closed.
 PING = 20.0
-#: close codes: a wrong token, too many messages, another version of the page
-DENIED, NOISY, OTHER_VERSION = 4401, 4429, 4426
+#: close codes: a wrong token, a fabric of others, too many messages, another version
+DENIED, FOREIGN, NOISY, OTHER_VERSION = 4401, 4403, 4429, 4426
 #: close code of RFC 6455 and its registry: the page tries again by itself
 LATER = 1013
 QUIET = logging.getLogger("rems_net.dashboard.websockets")
@@ -54,6 +56,7 @@ class Server:
     again: joins the fabric once more, for a run that has begun elsewhere.
     accounts: users that the door has invited, and how each joins: their pages act with
         their rights.
+    layout: plots and views with which a page begins.
     """
 
     def __init__(
@@ -63,12 +66,15 @@ class Server:
         rate: float = 30.0,
         again: Callable[[], Fabric] | None = None,
         accounts: Mapping[str, Link] | None = None,
+        layout: dict[str, Any] | None = None,
     ):
-        self.door = door
+        self.door, self._layout = door, layout
         self.accounts: Accounts[Server] = Accounts(
-            accounts or {}, lambda theirs: Server(theirs, door, rate)
+            accounts or {}, lambda theirs: Server(theirs, door, rate, layout=layout)
         )
         self.stream = Stream(fabric, broadcast, rate, again)
+        self.streams = Streams(self.stream)
+        self.teams = Teams(lambda: self.stream.fabric.session)
         self.viewers = Viewers(door, self.stream, broadcast)
         self._strangers = 0
         self._stopper = ThreadPoolExecutor(1, "stop")
@@ -78,10 +84,11 @@ class Server:
         try:
             await self.stream.run()
         finally:
-            for page in self.stream.pages:  # a frozen browser would delay the end
+            for page in self.streams.all():  # a frozen browser would delay the end
                 page.cut()
             self.accounts.end()
             self._stopper.shutdown(wait=False)
+            self.streams.end()
 
     async def listen(self, sock: socket.socket) -> Listener:
         """Listen at a bound socket, the door's."""
@@ -143,29 +150,33 @@ class Server:
             return
         user = self.door.user_of(hello["hello"])
         if not user:
-            await self._serve(link)
+            await self._serve(link, hello)
             return
         try:
             async with self.accounts.of(user) as theirs:
-                await theirs._serve(link)
+                await theirs._serve(link, hello)
         except FabricError:
             await link.close(LATER, "the router does not let this user in now")
 
     def _count(self) -> int:
         """Return how many pages are open."""
-        return len(self.stream.pages) + self.accounts.pages
+        return self.streams.pages + self.accounts.pages
 
-    async def _serve(self, link: ServerConnection) -> None:
+    async def _serve(self, link: ServerConnection, hello: dict[str, Any]) -> None:
         """Serve one page that has sent its token."""
-        stream = self.stream
+        stream = await self.streams.of(hello.get("fabric"))
+        if stream is None:
+            await link.close(FOREIGN, "a fabric of another team")
+            return
         page = Page(link, Hands(stream.fabric, stream.workers))
-        await page.send({"welcome": self._welcome()})
-        self.stream.add(page)
         try:
-            await self._hear(page)
+            await page.send({"welcome": self._welcome(stream)})
+            stream.add(page)
+            await self._hear(page, stream)
         finally:
             page.hands.let_go()
-            self.stream.remove(page)
+            stream.remove(page)
+            self.streams.leave(stream)
 
     async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
         """Return the first message if it has the token; else close, and return None."""
@@ -184,18 +195,19 @@ class Server:
             return None
         return hello
 
-    def _welcome(self) -> dict[str, Any]:
-        link = self.stream.fabric.session.link
+    def _welcome(self, stream: Stream) -> dict[str, Any]:
+        link = stream.fabric.session.link
         return {
             "version": rems_net.__version__,
             "fabric": link.fabric,
             "at": link.endpoint,
             "user": link.user,
-            "rate": self.stream.rate,
-            "may": list(self.stream.desk.deeds),
+            "rate": stream.rate,
+            "layout": self._layout,
+            "may": [*stream.desk.deeds, *self.teams.deeds],
         }
 
-    async def _hear(self, page: Page) -> None:
+    async def _hear(self, page: Page, stream: Stream) -> None:
         """Obey the messages of a page until it goes."""
         doing: set[asyncio.Task[None]] = set()
         with suppress(ConnectionClosed):
@@ -203,14 +215,13 @@ class Server:
                 if not page.may_speak():
                     await page.link.close(NOISY, "too many messages")
                     return
-                task = asyncio.create_task(self._obey(page, text))
+                task = asyncio.create_task(self._obey(page, stream, text))
                 doing.add(task)
                 task.add_done_callback(doing.discard)
 
-    async def _obey(self, page: Page, text: str | bytes) -> None:
+    async def _obey(self, page: Page, stream: Stream, text: str | bytes) -> None:
         """Do what a message asks for, and answer it."""
         answer: dict[str, Any] = {}
-        stream = self.stream
         try:
             request = read_message(text)
             answer["id"] = request.get("id") if type(request.get("id")) is int else 0
@@ -221,11 +232,16 @@ class Server:
             if "hand" in request:
                 page.hands.take(request, time.monotonic())
                 return
-            if request.get("do") == "stop":  # before any robot is asked
+            verb = str(request.get("do"))
+            stops: dict[str, Callable[[], None]] = {
+                "stop": stream.desk.put_stop,
+                "stop_teams": partial(self.teams.put_stop, request),
+            }
+            if verb in stops:  # before any robot is asked
                 loop = asyncio.get_running_loop()
-                await loop.run_in_executor(self._stopper, stream.desk.put_stop)
-            drives = request.get("do") == "drive"
-            do = page.hands.drive if drives else stream.desk.do
+                await loop.run_in_executor(self._stopper, stops[verb])
+            do = page.hands.drive if verb == "drive" else stream.desk.do
+            do = self.teams.deeds.get(verb, do)
             answer["result"] = await stream.in_thread(partial(do, request))
         except RemsError as error:
             answer["error"] = str(error)

@@ -2,7 +2,7 @@
 
 import asyncio
 import socket
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from rems_net.client import Fabric
@@ -11,7 +11,6 @@ from rems_net.dashboard.server import Server
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session
 from rems_net.router.finding.interfaces import reachable
-from rems_net.router.settings import Link
 
 #: addresses at which a socket listens on every network
 EVERYWHERE = ("0.0.0.0", "::")
@@ -47,28 +46,16 @@ def listening_at(
     )
 
 
-def serve(
-    fabric: Fabric,
-    door: Door,
-    sock: socket.socket,
-    rate: float,
-    name: str,
-    at: str,
-    accounts: Mapping[str, Link] | None = None,
-) -> None:
-    """Serve the page of a fabric until it is interrupted; then leave the fabric.
-
-    rate: frames per second.
-    name, at: as of `join`, for another run after this one.
-    accounts: users that the door has invited, and how each joins.
-    """
+def serve(server: Server, sock: socket.socket) -> None:
+    """Serve pages at a bound socket until interrupted; then leave the fabric."""
 
     async def until_cancelled() -> None:
-        def again() -> Fabric:
-            return Fabric(open_session(name, at))
-
-        server = Server(fabric, door, rate, again, accounts)
         async with await server.listen(sock):
             await server.run()
 
     asyncio.run(until_cancelled())
+
+
+def rejoin(name: str, at: str) -> Fabric:
+    """Join as `join` does, for another run after the one that was shown."""
+    return Fabric(open_session(name, at))

@@ -99,15 +99,19 @@ class Stream:
 
     async def run(self) -> None:
         """Send frames and the state of the run, until cancelled."""
-        try:
-            async with asyncio.TaskGroup() as tasks:
-                tasks.create_task(self._always(self._frames))
-                tasks.create_task(self._always(self._look))
-                tasks.create_task(self._always(self._look_at_hands))
-                tasks.create_task(self._always(self._look_at_scenes))
-        finally:
-            self.workers.shutdown(wait=False, cancel_futures=True)
-            self.fabric.session.close()
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self._always(self._frames))
+            tasks.create_task(self._always(self._look))
+            tasks.create_task(self._always(self._look_at_hands))
+            tasks.create_task(self._always(self._look_at_scenes))
+
+    def on(self, fabric: Fabric) -> Stream:
+        """Return a stream of another fabric, over the same session."""
+        return Stream(fabric, self._send, self.rate)
+
+    def end(self) -> None:
+        """Do nothing more in other threads."""
+        self.workers.shutdown(wait=False, cancel_futures=True)
 
     async def _always(self, work: Callable[[], Awaitable[None]]) -> None:
         """Do this without end. Any program can send anything: no error ends it."""

@@ -30,10 +30,12 @@ RELEASED = "document.querySelector('#release').hidden"
 class Lab:
     """A run in a process of its own, and its page in another."""
 
+    script = SCRIPT
+
     def __init__(self, folder: Path):
         self.folder = folder
         (folder / "rt").mkdir(mode=0o700)
-        (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
+        (folder / "lab.py").write_text(self.script, encoding="utf-8")
         self._more: dict[str, Any] = {
             "cwd": folder,
             "env": environment(XDG_RUNTIME_DIR=str(folder / "rt")),
@@ -49,7 +51,11 @@ class Lab:
     def _begin(self, folder: Path) -> str:
         self._started.append(self.start("run", "lab.py"))
         until(lambda: self.typed("list").returncode == 0)
-        page = self.start("dashboard", "--no-qr", stdout=subprocess.PIPE)
+        return self.page()
+
+    def page(self, *words: str) -> str:
+        """Start a page of its own; return its link."""
+        page = self.start("dashboard", "--no-qr", *words, stdout=subprocess.PIPE)
         self._started.append(page)
         assert page.stdout is not None
         found = (re.search(r"http://\S+", line) for line in page.stdout)
@@ -70,6 +76,10 @@ class Lab:
         """Whether STOP holds, by what `rems` says in another process."""
         done = self.typed("list")
         return "STOP holds" in done.stdout + done.stderr
+
+    def ended(self) -> None:
+        """Wait for the end of the run."""
+        assert self._started[0].wait(30) == 0
 
     def close(self) -> None:
         for process in reversed(self._started):

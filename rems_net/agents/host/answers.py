@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from hashlib import blake2b
+from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
@@ -14,6 +15,7 @@ from rems_net.agents.host.outlet import CROWD, Outlet
 from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.runtime import Guard, runtime
+from rems_net.defdict import Field
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.scenery import scene_of
@@ -79,6 +81,9 @@ class Answers:
         for topic in topics(agents):
             if topic.startswith(("robot/", "world/")):
                 session.answer_at_once(key(topic, "@scene"), scene, topic, apart=True)
+        settings = partial(tell_settings, agents, key)
+        for topic in topics(agents):
+            session.answer_at_once(key(topic, "@settings"), settings, topic)
         # There is one main thread, so one answer: at its first agent's key.
         asks = partial(tell_where, inbox)
         session.answer_at_once(key(next(iter(agents)), "@where"), asks)
@@ -242,6 +247,26 @@ def tell_scene(
         if question.covers(full):
             said = {"made_of": made_of(type(agent))[0], **scene_of(agent)}
             question.answer(full, json.dumps(said).encode())
+
+
+def tell_settings(
+    agents: Mapping[str, Agent], key: Callable[..., str], question: Question
+) -> None:
+    """Answer with the settings of agents. Runs in Zenoh's thread."""
+    for agent in asked(question, agents):
+        full = key(agent.key, "@settings")
+        if question.covers(full):
+            rows = [_setting(*row) for row in agent.all_settings()]
+            question.answer(full, json.dumps(rows).encode())
+
+
+def _setting(name: str, field: Field, found: dict[str, Any]) -> dict[str, Any]:
+    row = {"name": name, "dtype": field.dtype, "doc": field.doc, **found}
+    if field.range is not None:
+        row["range"] = list(field.range)
+    if field.choices:
+        row["choices"] = list(field.choices)
+    return row
 
 
 def tell_where(inbox: Inbox, question: Question) -> None:

@@ -1,12 +1,10 @@
 // The bar on top: lights, time, STOP and its release.
 
-import { button, by, make, select, write } from "./dom.js";
+import { button, by, listenHeld, make, select, write } from "./dom.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./link.js").Link} Link */
 /** @typedef {Record<string, any>} Status */
 
-/** ms. The release must be held so long: nobody releases by mistake. */
-const HOLD = 1000;
 const PACES = ["0.1", "0.25", "0.5", "1", "2", "5", "fast"];
 
 export class Bar {
@@ -37,7 +35,7 @@ export class Bar {
     document.addEventListener("keydown", (event) => {
       if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return;
       const at = event.target;
-      if (at instanceof HTMLInputElement && at.type !== "button") return;
+      if (at instanceof HTMLInputElement && ["search", "text", "number"].includes(at.type)) return;
       // Space stops, also where it would press a button.
       event.preventDefault();
       if (!event.repeat) this.stop();
@@ -45,26 +43,7 @@ export class Bar {
     document.addEventListener("keyup", (event) => {
       if (event.code === "Space" && !(event.target instanceof HTMLInputElement)) event.preventDefault();
     });
-    this.listenRelease();
-  }
-
-  listenRelease() {
-    const made = this.releaseButton;
-    let timer = 0;
-    const begin = () => {
-      if (timer) return;
-      made.classList.add("held");
-      timer = window.setTimeout(() => { end(); this.ask("release"); }, HOLD);
-    };
-    const end = () => {
-      clearTimeout(timer);
-      timer = 0;
-      made.classList.remove("held");
-    };
-    made.addEventListener("pointerdown", begin);
-    for (const name of ["pointerup", "pointerleave", "pointercancel", "blur"]) made.addEventListener(name, end);
-    made.addEventListener("keydown", (event) => { if (event.key === "Enter") begin(); });
-    made.addEventListener("keyup", (event) => { if (event.key === "Enter") end(); });
+    listenHeld(this.releaseButton, () => this.ask("release"));
   }
 
   stop() {

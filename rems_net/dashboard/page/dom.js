@@ -27,6 +27,35 @@ export function button(label, pressed, title = "") {
   return made;
 }
 
+/** ms. Some buttons must be held so long: nobody presses them by mistake. */
+const HOLD = 1000;
+
+/** Call `done` when a button was held. @param {HTMLElement} made @param {() => void} done */
+export function listenHeld(made, done) {
+  let timer = 0;
+  const end = () => {
+    clearTimeout(timer);
+    timer = 0;
+    made.classList.remove("held");
+  };
+  const begin = () => {
+    if (timer) return;
+    made.classList.add("held");
+    timer = window.setTimeout(() => { end(); done(); }, HOLD);
+  };
+  made.addEventListener("pointerdown", begin);
+  for (const name of ["pointerup", "pointerleave", "pointercancel", "blur"]) made.addEventListener(name, end);
+  made.addEventListener("keydown", (event) => { if (event.key === "Enter") begin(); });
+  made.addEventListener("keyup", (event) => { if (event.key === "Enter") end(); });
+}
+
+/** Make a button that must be held. @param {string} label @param {() => void} done @param {string} title */
+export function held(label, done, title) {
+  const made = make("button", { type: "button", title, class: "hold" }, label);
+  listenHeld(made, done);
+  return made;
+}
+
 /**
  * Make a choice. @param {string} label @param {[string, string][]} options value and text
  * @param {(value: string) => void} chosen

@@ -9,6 +9,7 @@ const WAITING = 1000;
 /** Close codes of the server, with what the user can do. */
 const REASONS = new Map([
   [4401, "This link is not valid any more. Open the newest link that rems printed."],
+  [4403, "This fabric is another team's, or its name is wrong. Go back, and open another one."],
   [4426, "The server has another version. Load this page again."],
   [4429, "This page sent too many messages. Load it again."],
 ]);
@@ -22,9 +23,10 @@ const REASONS = new Map([
  */
 
 export class Link {
-  /** @param {string} token @param {Handlers} handlers */
-  constructor(token, handlers) {
+  /** @param {string} token @param {Handlers} handlers @param {string} fabric "" for the one that was joined */
+  constructor(token, handlers, fabric = "") {
     this.token = token;
+    this.fabric = fabric;
     this.handlers = handlers;
     /** @type {WebSocket | null} */
     this.socket = null;
@@ -40,7 +42,7 @@ export class Link {
     const socket = new WebSocket(`ws://${location.host}/`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    socket.onopen = () => socket.send(JSON.stringify({ hello: this.token, version: VERSION }));
+    socket.onopen = () => socket.send(JSON.stringify({ hello: this.token, version: VERSION, fabric: this.fabric }));
     socket.onmessage = (event) => {
       if (typeof event.data === "string") this.hear(JSON.parse(event.data));
       else {

@@ -3,10 +3,14 @@
 import { Arena } from "./arena.js";
 import { Bar } from "./bar.js";
 import { by, make, write } from "./dom.js";
+import { doctor } from "./doctor.js";
 import { Drive } from "./drive.js";
+import { Layout } from "./layout.js";
 import { Link } from "./link.js";
 import { Plots } from "./plot.js";
+import { Settings } from "./settings.js";
 import { Store } from "./store.js";
+import { Teams } from "./teams.js";
 import { Tree } from "./tree.js";
 
 /** Messages that are shown. */
@@ -15,12 +19,16 @@ const LINES = 300;
 const store = new Store();
 const plots = new Plots(store);
 const arena = new Arena(store);
+const layout = new Layout(plots, arena, say);
 const bar = new Bar(store, () => link, say);
 const drive = new Drive(() => link, say);
-const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }));
+const teams = new Teams(() => link, say);
+const settings = new Settings((verb, more) => link.ask(verb, more), say);
+by("log").before(doctor(() => link.ask("doctor")));
+const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }), (agent) => settings.of(agent));
 
-const asked = new URLSearchParams(location.search).getAll("field");
-for (const key of asked.slice(0, 16)) plots.toggle(key);
+const asked = new URLSearchParams(location.search);
+for (const key of asked.getAll("field").slice(0, 16)) plots.toggle(key);
 plots.rebuild();
 
 const link = new Link(location.hash.slice(1), {
@@ -37,9 +45,11 @@ const link = new Link(location.hash.slice(1), {
     if (message.status) drive.attend(message.status);
     if (message.beat) drive.hear(message.beat);
     if (message.welcome) {
+      if (message.welcome.layout && !teams.fabric && !plots.series.length) layout.set(message.welcome.layout);
       bar.known = true;
       const { fabric, at, user, version } = message.welcome;
       write(by("title"), fabric);
+      teams.fabric = fabric;
       by("title").title = `rems_net ${version}, ${at}${user ? `, as ${user}` : ""}`;
       document.title = `${fabric}: rems`;
     }
@@ -53,7 +63,7 @@ const link = new Link(location.hash.slice(1), {
     notice.hidden = !sentence;
     write(notice, sentence);
   },
-});
+}, asked.get("fabric") ?? "");
 
 /** Add a message. @param {string} sentence @param {string} [level] */
 function say(sentence, level = "error") {
@@ -75,6 +85,7 @@ let looked = 0;
 function look(now) {
   if (now - looked < 200 || bar.gone || !bar.known) return;
   looked = now;
+  teams.look(now);
   const plotted = plots.series.map(({ key }) => key.split("/").slice(0, 2).join("/"));
   link.look(new Set([...tree.shown, ...plotted]));
 }
@@ -82,7 +93,7 @@ function look(now) {
 let drawn = 0;
 /** Frames that were drawn and the time they took, for tests. @type {{frames: number, ms: number}} */
 const cost = { frames: 0, ms: 0 };
-Object.assign(window, { rems: { store, plots, arena, bar, drive, link, cost } });
+Object.assign(window, { rems: { store, plots, arena, bar, drive, teams, link, cost } });
 
 /** @param {number} now */
 function draw(now) {

@@ -4,11 +4,11 @@ import { button, by, colour, make, pen, select, series, write } from "./dom.js";
 import { alternatives, digits, factor, nice, written } from "./units.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").History} History */
-/** @typedef {{key: string, ink: number, shown: string}} Series `shown`: its unit */
+/** @typedef {{key: string, ink: number, shown: string, wish: string}} Series `shown`: its unit; `wish`: of its layout */
 /** @typedef {{canvas: HTMLCanvasElement, legend: HTMLElement, head: HTMLElement}} Panel */
 
 /** s. How much of the past is shown. */
-const SPANS = [5, 10, 30, 60, 300, 600];
+export const SPANS = [5, 10, 30, 60, 300, 600];
 const LEFT = 64;
 const BOTTOM = 20;
 
@@ -28,13 +28,17 @@ export class Plots {
     this.inks = 0;
     const tools = by("plot-tools");
     this.pause = button("pause", () => this.hold(this.end === null ? this.store.t : null), "look at the past");
-    this.spans = select("length of the plots", SPANS.map((s) => [String(s), s < 60 ? `${s} s` : `${s / 60} min`]), (s) => {
-      this.span = Number(s);
-    });
-    this.spans.value = "10";
+    this.spans = select("length of the plots", SPANS.map((s) => [String(s), s < 60 ? `${s} s` : `${s / 60} min`]), (s) => this.show(Number(s)));
+    this.show(10);
     tools.append(this.pause, this.spans,
       button("earlier", () => this.shift(-this.span / 2)), button("later", () => this.shift(this.span / 2)),
       button("clear", () => this.clear(), "remove all plots"));
+  }
+
+  /** @param {number} span s */
+  show(span) {
+    this.span = span;
+    this.spans.value = String(span);
   }
 
   /** @param {number | null} end */
@@ -55,12 +59,12 @@ export class Plots {
     this.rebuild();
   }
 
-  /** Show a field, or no longer. @param {string} key */
-  toggle(key) {
+  /** Show a field, or no longer. @param {string} key @param {string} [wish] unit */
+  toggle(key, wish = "") {
     if (this.series.some((one) => one.key === key)) {
       this.series = this.series.filter((one) => one.key !== key);
     } else {
-      this.series.push({ key, ink: this.inks++, shown: "" });
+      this.series.push({ key, ink: this.inks++, shown: "", wish });
       this.store.wanted.add(key);
     }
     this.rebuild();
@@ -68,7 +72,8 @@ export class Plots {
 
   rebuild() {
     for (const one of this.series) {
-      if (!one.shown) one.shown = this.store.field(one.key)?.row.unit ?? "";
+      const own = this.store.field(one.key)?.row.unit ?? "";
+      if (!one.shown) one.shown = alternatives(own).includes(one.wish) ? one.wish : own;
     }
     const units = [...new Set(this.series.map((one) => one.shown))];
     this.panels = new Map(units.map((unit) => [unit, this.panels.get(unit) ?? this.panel()]));

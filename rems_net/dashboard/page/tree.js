@@ -14,8 +14,9 @@ const PAUSE = 100;
 const ORDER = ["clock", "input", "robot", "world", "process", "output"];
 
 export class Tree {
-  /** @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why */
-  constructor(store, plot, why) {
+  /** @param {Store} store @param {(key: string) => void} plot @param {(key: string) => Promise<string[]>} why @param {(agent: string) => HTMLElement} settings */
+  constructor(store, plot, why, settings) {
+    this.settings = settings;
     this.store = store;
     this.plot = plot;
     this.why = why;
@@ -52,6 +53,7 @@ export class Tree {
   }
 
   build() {
+    const at = document.activeElement;
     this.version = this.store.version;
     this.lines = [];
     this.shown.clear();
@@ -74,6 +76,7 @@ export class Tree {
       shown.push(make("p", { class: "quiet" }, text));
     }
     by("tree").replaceChildren(...shown);
+    if (at instanceof HTMLElement) at.focus(); // a slider stays in the hand
   }
 
   /** @param {Port} port */
@@ -90,6 +93,7 @@ export class Tree {
     const fill = () => {
       made.append(...ports.sort((a, b) => compare(a.name, b.name)).map((port) => this.port(port)));
       const told = make("p", { class: "quiet why" });
+      if (!name.startsWith("clock/")) made.append(this.settings(name));
       made.append(button("why?", () => {
         write(told, "...");
         this.why(name).then((lines) => write(told, lines.join(" ")), (error) => write(told, error.message));

@@ -27,6 +27,7 @@ MACHINERY = (
     "@run",
     "@scene",
     "@schema",
+    "@settings",
     "@start",
     "@step",
     "@stopped",

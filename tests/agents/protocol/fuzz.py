@@ -169,6 +169,7 @@ OTHERS = {
     "rems/<kind>/<name>/@driver",
     "rems/<kind>/<name>/@event/called",
     "rems/<kind>/<name>/@scene",
+    "rems/<kind>/<name>/@settings",
     "rems/<kind>/<name>/@why",
     "rems/clock/@why",
     "rems/machine/<name>/@file/<digest>",
