@@ -6,7 +6,7 @@ import asyncio
 import logging
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -21,9 +21,9 @@ from websockets.http11 import Request, Response
 
 import rems_net
 from rems_net.client import Fabric
-from rems_net.dashboard.door import VIEWERS, Door
+from rems_net.dashboard.door import VIEWERS, Answer, Door, refusal
 from rems_net.dashboard.hands import Hands
-from rems_net.dashboard.pages import Page
+from rems_net.dashboard.pages import Page, Visitor
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers.meeting import Viewers, chosen
@@ -43,37 +43,35 @@ QUIET = logging.getLogger("rems_net.dashboard.websockets")
 QUIET.setLevel(logging.CRITICAL)
 
 
-class Server:
-    """Server of the pages of one fabric. `run` serves until it is cancelled.
+class Listening:
+    """The door of a page's server: who gets in by which token, and how fast it speaks.
 
-    rate: frames per second.
-    again: joins the fabric once more, for a run that has begun elsewhere.
+    A server of pages has a method `meet` for each connection.
     """
 
-    def __init__(
-        self,
-        fabric: Fabric,
-        door: Door,
-        rate: float = 30.0,
-        again: Callable[[], Fabric] | None = None,
-    ):
-        self.door = door
-        self.stream = Stream(fabric, broadcast, rate, again)
-        self.viewers = Viewers(door, self.stream, broadcast)
-        self._strangers = 0
-        self._stopper = ThreadPoolExecutor(1, "stop")
+    #: sends a message to some connections, without waiting
+    send = staticmethod(broadcast)
 
-    async def run(self) -> None:
-        """Send values and the state of the run, until cancelled."""
-        try:
-            await self.stream.run()
-        finally:
-            self._stopper.shutdown(wait=False)
+    def __init__(self, door: Door):
+        self.door = door
+        self._strangers = 0
+
+    async def meet(self, link: ServerConnection) -> None:
+        """Serve one connection, from its token to its end."""
+        raise NotImplementedError
+
+    def count(self) -> int:
+        """Return how many pages are open."""
+        return 0
+
+    def refuse_viewer(self, host: str | None, path: str) -> Answer | None:
+        """Return why a viewer does not get in; None if it does."""
+        return refusal(HTTPStatus.NOT_FOUND, "No viewers are served here.")
 
     async def listen(self, sock: socket.socket) -> Listener:
         """Listen at a bound socket, the door's."""
         return await serve(
-            self._meet,
+            self.meet,
             sock=sock,
             process_request=self._let_in,
             select_subprotocol=chosen,
@@ -95,7 +93,7 @@ class Server:
         if request.headers.get("Upgrade") is None:
             status, headers, body = self.door.answer(request.path, host)
         elif request.path.startswith(VIEWERS):
-            refused = self.viewers.refuse(host, request.path)
+            refused = self.refuse_viewer(host, request.path)
             if refused is None:
                 return None
             status, headers, body = refused
@@ -105,7 +103,7 @@ class Server:
                 {},
                 b"This is no page of it.\n",
             )
-        elif self._strangers >= STRANGERS or len(self.stream.pages) >= PAGES:
+        elif self._strangers >= STRANGERS or self.count() >= PAGES:
             status, headers = HTTPStatus.SERVICE_UNAVAILABLE, {}
             body = f"{PAGES} pages are open already.\n".encode()
         else:
@@ -115,31 +113,15 @@ class Server:
         all_headers["Connection"] = "close"
         return Response(status.value, status.phrase, all_headers, body)
 
-    async def _meet(self, link: ServerConnection) -> None:
-        """Serve one connection, from its token to its end."""
-        if link.request is not None and link.request.path.startswith(VIEWERS):
-            with suppress(ConnectionClosed):
-                await self.viewers.meet(link)
-            return
-        self._strangers += 1
-        try:
-            hello = await self._greeting(link)
-        finally:
-            self._strangers -= 1
-        if hello is None:
-            return
-        stream = self.stream
-        page = Page(link, Hands(stream.fabric, stream.workers))
-        await page.send({"welcome": self._welcome()})
-        self.stream.add(page)
-        try:
-            await self._hear(page)
-        finally:
-            page.hands.let_go()
-            self.stream.remove(page)
-
     async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
         """Return the first message if it has the token; else close, and return None."""
+        self._strangers += 1
+        try:
+            return await self._read_greeting(link)
+        finally:
+            self._strangers -= 1
+
+    async def _read_greeting(self, link: ServerConnection) -> dict[str, Any] | None:
         try:
             async with asyncio.timeout(GREETING):
                 hello = read_message(await link.recv())
@@ -155,6 +137,68 @@ class Server:
             return None
         return hello
 
+    async def texts(self, page: Visitor) -> AsyncIterator[str | bytes]:
+        """Yield the messages of a page until it goes, or sends too many."""
+        with suppress(ConnectionClosed):
+            async for text in page.link:
+                if not page.may_speak():
+                    await page.link.close(NOISY, "too many messages")
+                    return
+                yield text
+
+
+class Server(Listening):
+    """Server of the pages of one fabric. `run` serves until it is cancelled.
+
+    rate: frames per second.
+    again: joins the fabric once more, for a run that has begun elsewhere.
+    """
+
+    def __init__(
+        self,
+        fabric: Fabric,
+        door: Door,
+        rate: float = 30.0,
+        again: Callable[[], Fabric] | None = None,
+    ):
+        super().__init__(door)
+        self.stream = Stream(fabric, broadcast, rate, again)
+        self.viewers = Viewers(door, self.stream, broadcast)
+        self._stopper = ThreadPoolExecutor(1, "stop")
+
+    async def run(self) -> None:
+        """Send values and the state of the run, until cancelled."""
+        try:
+            await self.stream.run()
+        finally:
+            self._stopper.shutdown(wait=False)
+
+    def count(self) -> int:
+        """Return how many pages are open."""
+        return len(self.stream.pages)
+
+    def refuse_viewer(self, host: str | None, path: str) -> Answer | None:
+        """Return why a viewer does not get in; None if it does."""
+        return self.viewers.refuse(host, path)
+
+    async def meet(self, link: ServerConnection) -> None:
+        """Serve one connection, from its token to its end."""
+        if link.request is not None and link.request.path.startswith(VIEWERS):
+            with suppress(ConnectionClosed):
+                await self.viewers.meet(link)
+            return
+        if await self._greeting(link) is None:
+            return
+        stream = self.stream
+        page = Page(link, Hands(stream.fabric, stream.workers))
+        await page.send({"welcome": self._welcome()})
+        self.stream.add(page)
+        try:
+            await self._hear(page)
+        finally:
+            page.hands.let_go()
+            self.stream.remove(page)
+
     def _welcome(self) -> dict[str, Any]:
         link = self.stream.fabric.session.link
         return {
@@ -169,14 +213,10 @@ class Server:
     async def _hear(self, page: Page) -> None:
         """Obey the messages of a page until it goes."""
         doing: set[asyncio.Task[None]] = set()
-        with suppress(ConnectionClosed):
-            async for text in page.link:
-                if not page.may_speak():
-                    await page.link.close(NOISY, "too many messages")
-                    return
-                task = asyncio.create_task(self._obey(page, text))
-                doing.add(task)
-                task.add_done_callback(doing.discard)
+        async for text in self.texts(page):
+            task = asyncio.create_task(self._obey(page, text))
+            doing.add(task)
+            task.add_done_callback(doing.discard)
 
     async def _obey(self, page: Page, text: str | bytes) -> None:
         """Do what a message asks for, and answer it."""

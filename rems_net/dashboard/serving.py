@@ -7,6 +7,8 @@ from contextlib import contextmanager
 
 from rems_net.client import Fabric
 from rems_net.dashboard.door import Door
+from rems_net.dashboard.recorded.server import RecordedServer
+from rems_net.dashboard.recorded.show import Show
 from rems_net.dashboard.server import Server
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session
@@ -57,6 +59,20 @@ def serve(
 
     async def until_cancelled() -> None:
         server = Server(fabric, door, rate, lambda: Fabric(open_session(name, at)))
+        async with await server.listen(sock):
+            await server.run()
+
+    asyncio.run(until_cancelled())
+
+
+def serve_recorded(show: Show, door: Door, sock: socket.socket, rate: float) -> None:
+    """Serve the page of a recording until it is interrupted; then close its files.
+
+    rate: frames per second.
+    """
+
+    async def until_cancelled() -> None:
+        server = RecordedServer(show, door, rate)
         async with await server.listen(sock):
             await server.run()
 

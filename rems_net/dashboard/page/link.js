@@ -80,11 +80,13 @@ export class Link {
 
   /**
    * Send what a hand does. Nothing is kept for later: without a link it is lost.
-   * @param {Plain} message
+   * @param {Plain} message @returns {boolean} whether it was sent
    */
   send(message) {
     const socket = this.socket;
-    if (socket?.readyState === WebSocket.OPEN && !socket.bufferedAmount) socket.send(JSON.stringify(message));
+    const free = socket?.readyState === WebSocket.OPEN && !socket.bufferedAmount;
+    if (free) socket.send(JSON.stringify(message));
+    return free;
   }
 
   /**

@@ -5,6 +5,7 @@ import { Bar } from "./bar.js";
 import { by, make, write } from "./dom.js";
 import { Drive } from "./drive.js";
 import { Link } from "./link.js";
+import { Playback } from "./playback.js";
 import { Plots } from "./plot.js";
 import { Store } from "./store.js";
 import { Tree } from "./tree.js";
@@ -19,6 +20,8 @@ const bar = new Bar(store, () => link, say);
 const drive = new Drive(() => link, say);
 const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }));
 
+const playback = new Playback(store, plots, bar, () => link, say);
+
 const asked = new URLSearchParams(location.search).getAll("field");
 for (const key of asked.slice(0, 16)) plots.toggle(key);
 plots.rebuild();
@@ -28,6 +31,8 @@ const link = new Link(location.hash.slice(1), {
     if (message.forget) store.forget();
     if (message.channels) store.meet(message.channels);
     if (message.schemas) store.learn(message.schemas);
+    if (message.rewind) playback.rewind();
+    if (message.playback) playback.hear(message.playback);
     if (message.scenes) arena.scenes = message.scenes;
     if (message.status) {
       bar.hear(message.status);
@@ -42,6 +47,7 @@ const link = new Link(location.hash.slice(1), {
       write(by("title"), fabric);
       by("title").title = `rems_net ${version}, ${at}${user ? `, as ${user}` : ""}`;
       document.title = `${fabric}: rems`;
+      if (message.welcome.recording) playback.begin(message.welcome.recording);
     }
   },
   frame: (frame) => store.read(frame),
@@ -82,7 +88,7 @@ function look(now) {
 let drawn = 0;
 /** Frames that were drawn and the time they took, for tests. @type {{frames: number, ms: number}} */
 const cost = { frames: 0, ms: 0 };
-Object.assign(window, { rems: { store, plots, arena, bar, drive, link, cost } });
+Object.assign(window, { rems: { store, plots, arena, bar, drive, link, playback, cost } });
 
 /** @param {number} now */
 function draw(now) {
@@ -94,6 +100,7 @@ function draw(now) {
   plots.draw();
   tree.update(now);
   bar.update();
+  playback.update();
   look(now);
   cost.frames++;
   cost.ms += performance.now() - begin;
