@@ -1,4 +1,4 @@
-"""Player: where one page is in a recording, and what it receives next."""
+"""Player: the place of one page in a recording, and its next values."""
 
 from __future__ import annotations
 
@@ -72,14 +72,14 @@ def read_wish(message: dict[str, Any]) -> Wish:
 
 
 class Frame(NamedTuple):
-    """What a page receives next: a text, and the values of channels."""
+    """The next message to a page: a text, and the values of channels."""
 
     text: dict[str, Any]
     values: list[tuple[int, Value]]
 
 
 class Player:
-    """Where one page is in a recording. It begins at the beginning, and stands.
+    """The place of one page in a recording. It begins at the beginning, paused.
 
     One thread at a time. Raises ExperimentError for a part of a file that is damaged.
     """

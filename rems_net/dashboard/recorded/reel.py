@@ -21,6 +21,8 @@ from rems_net.recordings.mcap.reader import McapFile
 MOST = 65_535
 #: level of an event in the file -> its word on the page
 LEVELS = {INFO: "info", WARN: "warning"}
+#: bytes of a value; of longer ones a page receives fewer
+USUAL = 200
 #: schema of values whose size is shown in their place
 LARGE = "large"
 
@@ -96,12 +98,14 @@ class Reel:
         """Return the values with after < time <= until [ns], in the order of time.
 
         most: only the newest so many; 0 for all.
-        thin: about so many of them, evenly, among them the newest; 0 for all.
+        thin: about so many of them, evenly, among them the newest, and fewer if they
+        are longer than USUAL; 0 for all.
         """
         channel = self.file.channels[track.key]
         places = self._access.places(channel, until, after, most)
-        if thin and len(places) > thin:
-            step = ceil(len(places) / thin)
+        if thin and len(places):
+            size = len(self._access.read(channel, places[-1:])[0].data)
+            step = ceil(len(places) / thin * max(1.0, size / USUAL))
             places = places[::-step][::-1]
         with self.file.readable():
             messages = self._access.read(channel, places)

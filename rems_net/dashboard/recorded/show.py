@@ -24,7 +24,7 @@ SLACK = 500
 
 
 class Show:
-    """What the pages of a recording show. `close` it at the end.
+    """One or two recordings, for their pages. `close` it at the end.
 
     paths: of the recording, and perhaps of a second one, whose robots are the ghosts
     of the first one's. Raises ExperimentError, in one sentence, for a file that is no
@@ -129,7 +129,7 @@ class Show:
 
 
 def _mark(path: Path, other: Path) -> str:
-    """Return a word that tells a recording's robots from those of another one."""
+    """Return a word by which a recording's robots differ from those of another one."""
     for words in (
         (path.stem, other.stem),
         (path.resolve().parent.name, other.resolve().parent.name),
@@ -153,10 +153,11 @@ def _check(reels: list[Reel]) -> None:
     first, newest = reels[0], reels[-1]
     path = newest.file.path
     if not any(newest.file.counts.values()):
-        passed = ", ".join(newest.file.passed) or "nothing"
+        passed = ", ".join(newest.file.passed)
+        also = f" (passed over: {passed})" if passed else ""
         raise ExperimentError(
-            f"{path} has no values that the page can show (passed over: {passed}); "
-            "expected the run.mcap of a run. (R1005)"
+            f"{path} has no values that the page can show{also}; expected the run.mcap "
+            "of a run. (R1005)"
         )
     if newest is first:
         return
