@@ -13,7 +13,6 @@ from threading import Thread
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from rems_net.cli.info import recording_in
 from rems_net.cli.qr import show_code
 from rems_net.cli.words import add_at, console, warn
 from rems_net.client import join
@@ -31,7 +30,7 @@ examples:
   rems dashboard --port 8081 --rate 50
   rems dashboard --viewers                         for Lichtblick, too
   rems dashboard runs/monday                       a recording: play it, scrub, step
-  rems dashboard runs/monday runs/tuesday          the second one's robots as ghosts
+  rems dashboard runs/monday runs/tuesday          the second one as ghosts
 
 Only a browser with the link gets in. With --listen the page and what it shows
 travel unencrypted: anybody who can read the network can read the link, too.
@@ -98,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _show(args: argparse.Namespace) -> int:
     """Serve the page of a recording, or of two, until Ctrl+C."""
+    from rems_net.cli.info import recording_in
     from rems_net.dashboard.recorded.show import Show
     from rems_net.dashboard.serving import listening_at, serve_recorded
 

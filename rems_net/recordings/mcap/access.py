@@ -100,7 +100,7 @@ class Access:
                 size = length - mcap.MESSAGE_FIELDS
                 right = code == mcap.MESSAGE and number == channel.id
                 if not right or not 0 <= size <= LONGEST:
-                    raise ValueError("a message is not where its index says")
+                    raise ValueError("a message is not at the place in its index")
                 found.append(Message(n, time, stream.read(size)))
         return found
 
