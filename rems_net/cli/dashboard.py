@@ -29,7 +29,7 @@ examples:
   rems dashboard --listen 0.0.0.0                  for all laptops of a network
   rems dashboard --port 8081 --rate 50
   rems dashboard --viewers                         for Lichtblick, too
-  rems dashboard runs/monday                       a recording: play it, scrub, step
+  rems dashboard runs/monday                       a recording: play and scrub
   rems dashboard runs/monday runs/tuesday          the second one as ghosts
 
 Only a browser with the link gets in. With --listen the page and what it shows
