@@ -1,14 +1,19 @@
 """`rems dashboard`: a page that shows a fabric in the browser."""
 
+from __future__ import annotations
+
 import argparse
 import json
 import sys
 from _thread import interrupt_main
+from collections.abc import Sequence
+from contextlib import closing
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
@@ -18,6 +23,9 @@ from rems_net.errors import DeniedError, ExperimentError, MissingPartError
 from rems_net.router.gate.users import OWNER
 from rems_net.router.settings import Link
 
+if TYPE_CHECKING:
+    from rems_net.dashboard.door import Door
+
 EXAMPLES = """\
 examples:
   rems dashboard
@@ -26,16 +34,27 @@ examples:
   rems dashboard --listen 0.0.0.0                  for all laptops of a network
   rems dashboard --port 8081 --rate 50
   rems dashboard --viewers                         for Lichtblick, too
+  rems dashboard runs/monday                       a recording: play and scrub
+  rems dashboard runs/monday runs/tuesday          the second one as ghosts
 
 Only a browser with the link gets in. With --listen the page and what it shows
 travel unencrypted: anybody who can read the network can read the link, too.
 """
+#: recordings that one page shows
+MOST = 2
 #: the port of the first page on this machine, and how many are tried
 PORT, TRIES = 8477, 32
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options of `rems dashboard`."""
+    parser.add_argument(
+        "recordings",
+        metavar="RECORDING",
+        type=Path,
+        nargs="*",
+        help="run.mcap, or the folder of a run; of two, the second as ghosts",
+    )
     parser.add_argument(
         "--listen",
         metavar="ADDRESS",
@@ -72,15 +91,15 @@ def run(args: argparse.Namespace) -> int:
     layout = read_layout(args.layout) if args.layout else None
     if args.beside:  # a run or a router: end with it
         Thread(target=_await_end, name="beside", daemon=True).start()
+    if args.recordings:
+        return _show(args)
     from rems_net.dashboard.server import Server
     from rems_net.dashboard.serving import listening_at, rejoin, serve
 
     with join(fabric=args.fabric, at=args.at) as fabric:
         check_user(fabric.session.link.user)
-        ports = [args.port] if args.port else range(PORT, PORT + TRIES)
-        with listening_at(args.listen, ports) as (sock, door):
-            links = door.links(f"?field={args.field}" if args.field else "")
-            announce(args, links)
+        with listening_at(args.listen, _ports(args)) as (sock, door):
+            announce(args, _links(args, door))
             if args.viewers:
                 print("For viewers that speak the Foxglove WebSocket protocol:")
                 print(f"  {door.viewers()[-1]}", flush=True)
@@ -106,6 +125,42 @@ def invite(
         name: Link(args.at, fabric=fabric, user=name, password=password)
         for name, (fabric, password) in users.items()
     }
+
+
+def _show(args: argparse.Namespace) -> int:
+    """Serve the page of a recording, or of two, until Ctrl+C."""
+    from rems_net.cli.info import recording_in
+    from rems_net.dashboard.recorded.server import RecordedServer
+    from rems_net.dashboard.recorded.show import Show
+    from rems_net.dashboard.serving import listening_at, serve
+
+    if len(args.recordings) > MOST:
+        raise ExperimentError(
+            f"{len(args.recordings)} recordings are named; expected one, or two of "
+            "one experiment: rems dashboard runs/monday runs/tuesday (R1001)"
+        )
+    if given := [o for o in ("viewers", "at", "fabric") if getattr(args, o)]:
+        raise ExperimentError(
+            f"--{given[0]} is for a run, and a recording is shown without a fabric: "
+            f"leave out --{given[0]}; viewers open the file itself. (R1001)"
+        )
+    with (
+        closing(Show(*map(recording_in, args.recordings))) as show,
+        listening_at(args.listen, _ports(args)) as (sock, door),
+    ):
+        for sentence in show.notes:
+            warn(sentence)
+        announce(args, _links(args, door))
+        serve(RecordedServer(show, door, args.rate), sock)
+    return 0
+
+
+def _ports(args: argparse.Namespace) -> Sequence[int]:
+    return [args.port] if args.port else range(PORT, PORT + TRIES)
+
+
+def _links(args: argparse.Namespace, door: Door) -> list[str]:
+    return door.links(f"?field={quote(args.field)}" if args.field else "")
 
 
 def check_user(user: str) -> None:

@@ -14,26 +14,13 @@ from rems_net.dashboard.protocol import RATE
 FULL = 256 * 1024
 
 
-class Page:
+class Visitor:
     """One browser, behind a WebSocket."""
 
-    def __init__(self, link: Any, hands: Hands):
+    def __init__(self, link: Any):
         self._link = link
-        #: the robots that it drives
-        self.hands = hands
-        #: number of channels and of schemas that it knows
-        self.channels = 0
-        self.schemas = 0
-        #: number of the newest status, scenes and events that it has
-        self.status = 0
-        self.scenes = 0
-        self.events = 0
-        #: number of the run whose values it shows
-        self.run = 0
         #: agents of which it shows every port
         self.looks: set[str] = set()
-        #: whether it has missed a frame, and so needs all values
-        self.behind = True
         #: messages that it may still send
         self._left, self._since = RATE, time.monotonic()
 
@@ -64,6 +51,26 @@ class Page:
     def link(self) -> Any:
         """Its connection."""
         return self._link
+
+
+class Page(Visitor):
+    """A browser that shows a fabric."""
+
+    def __init__(self, link: Any, hands: Hands):
+        super().__init__(link)
+        #: the robots that it drives
+        self.hands = hands
+        #: number of channels and of schemas that it knows
+        self.channels = 0
+        self.schemas = 0
+        #: number of the newest status, scenes and events that it has
+        self.status = 0
+        self.scenes = 0
+        self.events = 0
+        #: number of the run whose values it shows
+        self.run = 0
+        #: whether it has missed a frame, and so needs all values
+        self.behind = True
 
 
 def text_of(plain: dict[str, Any]) -> str:

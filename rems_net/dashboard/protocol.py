@@ -14,10 +14,14 @@ The page speaks JSON texts, at most LONGEST bytes each and RATE a second:
   {"hand": {"held": [KEY], "stick": {AXIS: PERCENT}}, "beat": NUMBER}
                                      what the hand does now; at least every 0.2 s
                                      while it is not at rest
+  {"play": {playing, pace, t, past, ports, dragged}}
+                                     of a recording, each member if it changes; see
+                                     `recorded/player.py`
 
 The server speaks JSON texts with one or more of these members:
 
-  welcome    {version, fabric, at, layout, may: [VERB]}, once
+  welcome    {version, fabric, at, layout, recording, may: [VERB]},
+             once
   schemas    {DIGEST: [{path, dtype, unit, range, shape, choices, doc, item}]}
   channels   [{id, key, schema}], each channel once; `schema` is a digest or ""
   forget     the run is another one: all values and channels are void
@@ -26,6 +30,8 @@ The server speaks JSON texts with one or more of these members:
   events     [{level, tick, agent, text}], the new ones
   beat       {number, driving: {AGENT: {drives, taken, other}}}, each 0.1 s to a
              page that drives; what a hand does for an older one is ignored
+  playback   {playing, pace}, of a recording, when it has changed
+  rewind     a recording is at another time: all values and events before this are void
   answer     {id, result} or {id, error: SENTENCE}, to each request
 
 and binary frames with the newest values, one for each display frame. A page that is

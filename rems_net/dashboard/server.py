@@ -6,7 +6,7 @@ import asyncio
 import logging
 import socket
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -22,9 +22,9 @@ from websockets.http11 import Request, Response
 import rems_net
 from rems_net.client import Fabric
 from rems_net.dashboard.accounts import Accounts
-from rems_net.dashboard.door import VIEWERS, Door
+from rems_net.dashboard.door import VIEWERS, Answer, Door, refusal
 from rems_net.dashboard.hands import Hands
-from rems_net.dashboard.pages import Page
+from rems_net.dashboard.pages import Page, Visitor
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.streams import Streams
@@ -49,51 +49,35 @@ QUIET = logging.getLogger("rems_net.dashboard.websockets")
 QUIET.setLevel(logging.CRITICAL)
 
 
-class Server:
-    """Server of the pages of one fabric. `run` serves until it is cancelled.
+class Listening:
+    """The door of a page's server: who gets in by which token, and how fast it speaks.
 
-    rate: frames per second.
-    again: joins the fabric once more, for a run that has begun elsewhere.
-    accounts: users that the door has invited, and how each joins: their pages act with
-        their rights.
-    layout: plots and views with which a page begins.
+    A server of pages has a method `meet` for each connection.
     """
 
-    def __init__(
-        self,
-        fabric: Fabric,
-        door: Door,
-        rate: float = 30.0,
-        again: Callable[[], Fabric] | None = None,
-        accounts: Mapping[str, Link] | None = None,
-        layout: dict[str, Any] | None = None,
-    ):
-        self.door, self._layout = door, layout
-        self.accounts: Accounts[Server] = Accounts(
-            accounts or {}, lambda theirs: Server(theirs, door, rate, layout=layout)
-        )
-        self.stream = Stream(fabric, broadcast, rate, again)
-        self.streams = Streams(self.stream)
-        self.teams = Teams(lambda: self.stream.fabric.session)
-        self.viewers = Viewers(door, self.stream, broadcast)
-        self._strangers = 0
-        self._stopper = ThreadPoolExecutor(1, "stop")
+    #: sends a message to some connections, without waiting
+    send = staticmethod(broadcast)
 
-    async def run(self) -> None:
-        """Send values and the state of the run, until cancelled."""
-        try:
-            await self.stream.run()
-        finally:
-            for page in self.streams.all():  # a frozen browser would delay the end
-                page.cut()
-            self.accounts.end()
-            self._stopper.shutdown(wait=False)
-            self.streams.end()
+    def __init__(self, door: Door):
+        self.door = door
+        self._strangers = 0
+
+    async def meet(self, link: ServerConnection) -> None:
+        """Serve one connection, from its token to its end."""
+        raise NotImplementedError
+
+    def count(self) -> int:
+        """Return how many pages are open."""
+        return 0
+
+    def refuse_viewer(self, host: str | None, path: str) -> Answer | None:
+        """Return why a viewer does not get in; None if it does."""
+        return refusal(HTTPStatus.NOT_FOUND, "No viewers are served here.")
 
     async def listen(self, sock: socket.socket) -> Listener:
         """Listen at a bound socket, the door's."""
         return await serve(
-            self._meet,
+            self.meet,
             sock=sock,
             process_request=self._let_in,
             select_subprotocol=chosen,
@@ -115,7 +99,7 @@ class Server:
         if request.headers.get("Upgrade") is None:
             status, headers, body = self.door.answer(request.path, host)
         elif request.path.startswith(VIEWERS):
-            refused = self.viewers.refuse(host, request.path)
+            refused = self.refuse_viewer(host, request.path)
             if refused is None:
                 return None
             status, headers, body = refused
@@ -125,7 +109,7 @@ class Server:
                 {},
                 b"This is no page of it.\n",
             )
-        elif self._strangers >= STRANGERS or self._count() >= PAGES:
+        elif self._strangers >= STRANGERS or self.count() >= PAGES:
             status, headers = HTTPStatus.SERVICE_UNAVAILABLE, {}
             body = f"{PAGES} pages are open already.\n".encode()
         else:
@@ -135,17 +119,88 @@ class Server:
         all_headers["Connection"] = "close"
         return Response(status.value, status.phrase, all_headers, body)
 
-    async def _meet(self, link: ServerConnection) -> None:
+    async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
+        """Return the first message if it has the token; else close, and return None."""
+        self._strangers += 1
+        try:
+            return await self._read_greeting(link)
+        finally:
+            self._strangers -= 1
+
+    async def _read_greeting(self, link: ServerConnection) -> dict[str, Any] | None:
+        try:
+            async with asyncio.timeout(GREETING):
+                hello = read_message(await link.recv())
+        except (TimeoutError, WireError, ConnectionClosed):
+            await link.close(DENIED, "no token")
+            return None
+        if not self.door.knows(hello.get("hello")):
+            await asyncio.sleep(WRONG)
+            await link.close(DENIED, "another token: use the newest link")
+            return None
+        if hello.get("version") != VERSION:
+            await link.close(OTHER_VERSION, "another version: load the page again")
+            return None
+        return hello
+
+    async def texts(self, page: Visitor) -> AsyncIterator[str | bytes]:
+        """Yield the messages of a page until it goes, or sends too many."""
+        with suppress(ConnectionClosed):
+            async for text in page.link:
+                if not page.may_speak():
+                    await page.link.close(NOISY, "too many messages")
+                    return
+                yield text
+
+
+class Server(Listening):
+    """Server of the pages of one fabric. `run` serves until it is cancelled.
+
+    rate: frames per second.
+    again: joins the fabric once more, for a run that has begun elsewhere.
+    accounts: users that the door has invited, and how each joins: their pages act with
+        their rights.
+    layout: plots and views with which a page begins.
+    """
+
+    def __init__(
+        self,
+        fabric: Fabric,
+        door: Door,
+        rate: float = 30.0,
+        again: Callable[[], Fabric] | None = None,
+        accounts: Mapping[str, Link] | None = None,
+        layout: dict[str, Any] | None = None,
+    ):
+        super().__init__(door)
+        self._layout = layout
+        self.accounts: Accounts[Server] = Accounts(
+            accounts or {}, lambda theirs: Server(theirs, door, rate, layout=layout)
+        )
+        self.stream = Stream(fabric, broadcast, rate, again)
+        self.streams = Streams(self.stream)
+        self.teams = Teams(lambda: self.stream.fabric.session)
+        self.viewers = Viewers(door, self.stream, broadcast)
+        self._stopper = ThreadPoolExecutor(1, "stop")
+
+    async def run(self) -> None:
+        """Send values and the state of the run, until cancelled."""
+        try:
+            await self.stream.run()
+        finally:
+            for page in self.streams.all():  # a frozen browser would delay the end
+                page.cut()
+            self.accounts.end()
+            self._stopper.shutdown(wait=False)
+            self.streams.end()
+
+    async def meet(self, link: ServerConnection) -> None:
         """Serve one connection, from its token to its end."""
         if link.request is not None and link.request.path.startswith(VIEWERS):
             with suppress(ConnectionClosed):
                 await self.viewers.meet(link)
             return
-        self._strangers += 1
-        try:
-            hello = await self._greeting(link)
-        finally:
-            self._strangers -= 1
+        hello = await self._greeting(link)
         if hello is None:
             return
         user = self.door.user_of(hello["hello"])
@@ -158,9 +213,13 @@ class Server:
         except FabricError:
             await link.close(LATER, "the router does not let this user in now")
 
-    def _count(self) -> int:
+    def count(self) -> int:
         """Return how many pages are open."""
         return self.streams.pages + self.accounts.pages
+
+    def refuse_viewer(self, host: str | None, path: str) -> Answer | None:
+        """Return why a viewer does not get in; None if it does."""
+        return self.viewers.refuse(host, path)
 
     async def _serve(self, link: ServerConnection, hello: dict[str, Any]) -> None:
         """Serve one page that has sent its token."""
@@ -178,23 +237,6 @@ class Server:
             stream.remove(page)
             self.streams.leave(stream)
 
-    async def _greeting(self, link: ServerConnection) -> dict[str, Any] | None:
-        """Return the first message if it has the token; else close, and return None."""
-        try:
-            async with asyncio.timeout(GREETING):
-                hello = read_message(await link.recv())
-        except (TimeoutError, WireError, ConnectionClosed):
-            await link.close(DENIED, "no token")
-            return None
-        if not self.door.knows(hello.get("hello")):
-            await asyncio.sleep(WRONG)
-            await link.close(DENIED, "another token: use the newest link")
-            return None
-        if hello.get("version") != VERSION:
-            await link.close(OTHER_VERSION, "another version: load the page again")
-            return None
-        return hello
-
     def _welcome(self, stream: Stream) -> dict[str, Any]:
         link = stream.fabric.session.link
         return {
@@ -210,14 +252,10 @@ class Server:
     async def _hear(self, page: Page, stream: Stream) -> None:
         """Obey the messages of a page until it goes."""
         doing: set[asyncio.Task[None]] = set()
-        with suppress(ConnectionClosed):
-            async for text in page.link:
-                if not page.may_speak():
-                    await page.link.close(NOISY, "too many messages")
-                    return
-                task = asyncio.create_task(self._obey(page, stream, text))
-                doing.add(task)
-                task.add_done_callback(doing.discard)
+        async for text in self.texts(page):
+            task = asyncio.create_task(self._obey(page, stream, text))
+            doing.add(task)
+            task.add_done_callback(doing.discard)
 
     async def _obey(self, page: Page, stream: Stream, text: str | bytes) -> None:
         """Do what a message asks for, and answer it."""

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from rems_net.client import Fabric
 from rems_net.dashboard.door import Door
+from rems_net.dashboard.recorded.server import RecordedServer
 from rems_net.dashboard.server import Server
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session
@@ -46,8 +47,8 @@ def listening_at(
     )
 
 
-def serve(server: Server, sock: socket.socket) -> None:
-    """Serve pages at a bound socket until interrupted; then leave the fabric."""
+def serve(server: Server | RecordedServer, sock: socket.socket) -> None:
+    """Serve pages at a bound socket until interrupted; then close what they show."""
 
     async def until_cancelled() -> None:
         async with await server.listen(sock):

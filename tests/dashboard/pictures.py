@@ -8,8 +8,10 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from tests.commands import ROOT, command
+from tests.commands import ROOT, command, python
 from tests.dashboard.browser import browser
+from tests.dashboard.recordings import page as opened
+from tests.pages import blocks
 
 SCRIPT = """
 from rems_net import Experiment, Input, Out, Schema, Settings, Tick, sin
@@ -56,11 +58,37 @@ for i, (name, (kind, x, y)) in enumerate(robots.items()):
     )
 lab.run()
 """
+#: two recordings in one page: a time, and what is plotted
+TIME = 4.0
+BOTH = "?field=robot/sim/state/x&field=robot/sim%20(tuesday)/state/x"
 FIELDS = "?field=robot/alice/state/x&field=robot/bob/state/x"
 FIELDS += "&field=robot/alice/state/heading"
 
 
 def main() -> None:
+    live()
+    recorded()
+
+
+def recorded() -> None:
+    """Make the picture of two recordings, by the blocks of the page."""
+    page = ROOT / "docs" / "dashboard.md"
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder)
+        (there / "two.py").write_text(blocks(page, "python")[0], encoding="utf-8")
+        python(there, "two.py")
+        both = there / "runs/monday", there / "runs/tuesday"
+        with opened(*both) as link, browser(there) as tab:
+            tab.size(1280, 800)
+            tab.go(link.replace("/#", f"/{BOTH}#"))
+            tab.until("rems.store.tick > 0")
+            tab.run(f"rems.playback.jump({TIME})")
+            tab.until(f"Math.abs(rems.store.t - {TIME}) < 0.01")
+            time.sleep(1)  # so that all is drawn
+            tab.picture(ROOT / "docs/dashboard_recorded.png")
+
+
+def live() -> None:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "hall.py").write_text(SCRIPT, encoding="utf-8")
         run = subprocess.Popen(

@@ -27,6 +27,7 @@ import { factor, nice } from "./units.js";
  * @property {{name: string, at: number[], direction: number[], reach: number}[]} [rays]
  * @property {number[]} [place] of a robot that is bolted down
  * @property {string} [made_of]
+ * @property {string} [ghost] of a second recording: the agent of which it is the ghost
  * @property {Scene} [arena] of a robot that is alone
  */
 
@@ -182,7 +183,8 @@ export class Arena {
     const few = robots.length <= NAMED;
     const ghosts = this.ghosts(robots);
     robots.forEach((robot, i) => {
-      const ink = series(i);
+      const of = robots.findIndex(({ port }) => port.agent === robot.scene.ghost);
+      const ink = series(of < 0 ? i : of);
       if (few && this.trails) this.trail(on, robot.port, ink, at);
       if (few && this.rays) this.beams(on, robot, ink, at);
       this.robot(on, robot, ink, ghosts.has(robot.port.agent), at);
@@ -249,7 +251,7 @@ export class Arena {
   /** Robots that are the same as another one, done otherwise: drawn as outlines. @param {{port: Port, scene: Scene}[]} robots */
   ghosts(robots) {
     const first = new Set();
-    const found = new Set();
+    const found = new Set(robots.filter(({ scene }) => scene.ghost).map(({ port }) => port.agent));
     // Robots of one world meet each other, so none is a ghost.
     if (robots.some(({ scene }) => !scene.arena)) return found;
     for (const { port, scene } of robots) {

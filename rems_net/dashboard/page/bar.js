@@ -21,6 +21,8 @@ export class Bar {
     /** whether the server has let this page in */
     this.known = false;
     this.asked = false;
+    /** lights of a recording, in which nothing is stopped @type {(() => [string, string][]) | null} */
+    this.recorded = null;
     this.stopButton = /** @type {HTMLButtonElement} */ (by("stop"));
     this.releaseButton = /** @type {HTMLButtonElement} */ (by("release"));
     this.clock = make("span", { id: "clock" });
@@ -33,7 +35,7 @@ export class Bar {
     by("time").append(this.clock, this.pause, this.step, this.pace);
     this.stopButton.addEventListener("click", () => this.stop());
     document.addEventListener("keydown", (event) => {
-      if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (this.recorded || event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return;
       const at = event.target;
       if (at instanceof HTMLInputElement && ["search", "text", "number"].includes(at.type)) return;
       // Space stops, also where it would press a button.
@@ -41,7 +43,7 @@ export class Bar {
       if (!event.repeat) this.stop();
     });
     document.addEventListener("keyup", (event) => {
-      if (event.code === "Space" && !(event.target instanceof HTMLInputElement)) event.preventDefault();
+      if (!this.recorded && event.code === "Space" && !(event.target instanceof HTMLInputElement)) event.preventDefault();
     });
     listenHeld(this.releaseButton, () => this.ask("release"));
   }
@@ -83,6 +85,7 @@ export class Bar {
     /** @type {[string, string][]} class and text */
     const lights = [];
     if (this.gone) lights.push(["bad", "no connection"]);
+    else if (this.recorded) lights.push(...this.recorded());
     else if (status.router === false) lights.push(["bad", "the router is gone"]);
     else if (!status.clock) lights.push(["quiet", "no run"]);
     else if (status.clock.held) lights.push(["bad", `held by ${status.clock.held}`]);

@@ -85,11 +85,13 @@ export class Link {
   /**
    * Send what a hand does. Nothing is kept for later: without a link, or if much waits
    * already, it is lost.
-   * @param {Plain} message
+   * @param {Plain} message @returns {boolean} whether it was sent
    */
   send(message) {
     const socket = this.socket;
-    if (socket?.readyState === WebSocket.OPEN && socket.bufferedAmount < WAITING) socket.send(JSON.stringify(message));
+    const free = socket?.readyState === WebSocket.OPEN && socket.bufferedAmount < WAITING;
+    if (free) socket.send(JSON.stringify(message));
+    return free;
   }
 
   /**

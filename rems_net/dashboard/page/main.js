@@ -7,6 +7,7 @@ import { doctor } from "./doctor.js";
 import { Drive } from "./drive.js";
 import { Layout } from "./layout.js";
 import { Link } from "./link.js";
+import { Playback } from "./playback.js";
 import { Plots } from "./plot.js";
 import { Settings } from "./settings.js";
 import { Store } from "./store.js";
@@ -27,6 +28,8 @@ const settings = new Settings((verb, more) => link.ask(verb, more), say);
 by("log").before(doctor(() => link.ask("doctor")));
 const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }), (agent) => settings.of(agent));
 
+const playback = new Playback(store, plots, bar, () => link, say);
+
 const asked = new URLSearchParams(location.search);
 for (const key of asked.getAll("field").slice(0, 16)) plots.toggle(key);
 plots.rebuild();
@@ -36,6 +39,8 @@ const link = new Link(location.hash.slice(1), {
     if (message.forget) store.forget();
     if (message.channels) store.meet(message.channels);
     if (message.schemas) store.learn(message.schemas);
+    if (message.rewind) playback.rewind();
+    if (message.playback) playback.hear(message.playback);
     if (message.scenes) arena.scenes = message.scenes;
     if (message.status) {
       bar.hear(message.status);
@@ -52,6 +57,7 @@ const link = new Link(location.hash.slice(1), {
       teams.fabric = fabric;
       by("title").title = `rems_net ${version}, ${at}${user ? `, as ${user}` : ""}`;
       document.title = `${fabric}: rems`;
+      if (message.welcome.recording) playback.begin(message.welcome.recording);
     }
   },
   frame: (frame) => store.read(frame),
@@ -93,7 +99,7 @@ function look(now) {
 let drawn = 0;
 /** Frames that were drawn and the time they took, for tests. @type {{frames: number, ms: number}} */
 const cost = { frames: 0, ms: 0 };
-Object.assign(window, { rems: { store, plots, arena, bar, drive, teams, link, cost } });
+Object.assign(window, { rems: { store, plots, arena, bar, drive, teams, link, playback, cost } });
 
 /** @param {number} now */
 function draw(now) {
@@ -105,6 +111,7 @@ function draw(now) {
   plots.draw();
   tree.update(now);
   bar.update();
+  playback.update();
   look(now);
   cost.frames++;
   cost.ms += performance.now() - begin;

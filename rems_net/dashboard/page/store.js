@@ -140,6 +140,14 @@ export class Store {
     this.version++;
   }
 
+  /** Forget all values, and keep their fields: a recording is at another time. */
+  rewind() {
+    for (const port of this.ports.values()) {
+      port.values.clear();
+      for (const history of port.history.values()) history.count = 0;
+    }
+  }
+
   /** Note who is present. @param {string[]} agents */
   attend(agents) {
     if (agents.join() === this.agents.join()) return;

@@ -7,6 +7,8 @@ from rems_net.recordings.mcap.derived import TIME_TYPE, put_text
 #: key of the channel
 EVENTS = "rems/events"
 INFO, WARN = 20, 30
+#: place of the level in a message
+_LEVEL = 4 + struct.calcsize("<II")
 LOG = (
     "rcl_interfaces/msg/Log",
     f"""uint8 DEBUG=10
@@ -32,6 +34,13 @@ def log(time: int, level: int, name: str, text: str) -> bytes:
         put_text(out, one)
     out += bytes(-len(out) & 3) + bytes(4)
     return bytes(out)
+
+
+def level_of(message: bytes) -> int:
+    """Return the level of the message of an event. Raises ValueError."""
+    if len(message) <= _LEVEL:
+        raise ValueError("an event is cut off")
+    return message[_LEVEL]
 
 
 def read_log(message: bytes) -> tuple[str, str]:

@@ -48,7 +48,8 @@ class McapFile:
         #: messages by key
         self.counts: dict[str, int] = {}
         self._told: list[tuple[int, int, str]] = []
-        self._events: Channel | None = None
+        #: the channel of events, which `events` reads
+        self.log: Channel | None = None
         counts: dict[int, int] = {}
         with self.readable():
             #: whether the file has its end; a killed process leaves it without
@@ -121,7 +122,7 @@ class McapFile:
         """Note a channel, if it can be read here."""
         key = one.topic.removeprefix("/")
         if key == EVENTS:
-            self._events = one
+            self.log = one
         if DERIVED in one.metadata:
             return  # for viewers: what it was made of is there
         if one.encoding != "cdr":
@@ -181,9 +182,9 @@ class McapFile:
 
     def events(self) -> Iterator[tuple[str, str]]:
         """Yield the key of the agent and the sentence of each event."""
-        if self._events is not None:
+        if self.log is not None:
             with self.readable():
-                for _, messages in self._messages(self._events.id):
+                for _, messages in self._messages(self.log.id):
                     yield from map(read_log, messages)
 
     def messages(self, key: str) -> Iterator[tuple[list[int], list[bytes]]]:

@@ -121,6 +121,15 @@ def _chunk(made: McapWriter, file: IO[bytes], content: bytes) -> bool:
     return False
 
 
+def check_compression(compression: str, shown: str) -> None:
+    """Raise ExperimentError for a chunk that is compressed."""
+    if compression:
+        raise ExperimentError(
+            f"{shown} is compressed ({compression}); rems reads files that are not. "
+            "Unpack it: mcap compress --compression none. (R0805)"
+        )
+
+
 def opened(content: bytes, shown: str) -> tuple[bytes, int, int]:
     """Return what is in a chunk, and its first and last time [ns].
 
@@ -136,11 +145,7 @@ def opened(content: bytes, shown: str) -> tuple[bytes, int, int]:
             f"{shown} is damaged: one of its chunks is cut off. Copy it "
             "once more. (R0805)"
         ) from None
-    if compression:
-        raise ExperimentError(
-            f"{shown} is compressed ({compression}); rems reads files that are not. "
-            "Unpack it: mcap compress --compression none. (R0805)"
-        )
+    check_compression(compression, shown)
     data = content[cursor.at : cursor.at + length]
     if len(data) != size or (check and crc32(data) != check):
         raise ExperimentError(

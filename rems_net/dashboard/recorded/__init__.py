@@ -1,0 +1,1 @@
+"""The page on recordings: reading at any time, and playing for each page."""

@@ -1,0 +1,87 @@
+"""Places and outlines for a recording, without a run.
+
+Built-in definitions and worlds are built from the recorded experiment, and describe
+themselves as in a run. A class of the user's is not loaded: a page on a recording runs
+no code of others. Such a robot looks as the run has noted: its outline and its rays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.world import World
+from rems_net.engine.scenery import scene_of
+from rems_net.recordings.manifest import Manifest, Start
+
+#: names of definitions that come with rems_net
+OURS = frozenset(registry.BUILT_IN["definition"].values())
+#: tables whose scenes are made; a page can draw no more
+MOST = 200
+Table = Mapping[str, Any]
+
+
+def scenes_of(told: Manifest, folder: Path) -> dict[str, dict[str, Any]]:
+    """Return the places and outlines of a recording's worlds and robots, by agent.
+
+    folder: base of the names of files, such as the MuJoCo model of a place.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    arenas: dict[str, dict[str, Any]] = {}
+    for table in told.agents.get("robot", ())[:MOST]:
+        name, world = str(table.get("name")), str(table.get("world", ""))
+        scene = _robot(table, told.robots.get(name), folder)
+        if world:  # it has no arena of its own
+            arenas.setdefault(f"world/{world}", scene.pop("arena", {}))
+        found[f"robot/{name}"] = scene
+    for table in told.agents.get("world", ())[:MOST]:
+        key = f"world/{table.get('name')}"
+        if len(table) > 1:
+            found[key] = _world(table, told, folder)
+        else:  # without settings it is the arena of its robots
+            found[key] = arenas.get(key, {})
+    return found
+
+
+def _robot(table: Table, start: Start | None, folder: Path) -> dict[str, Any]:
+    definition = str(table.get("definition", ""))
+    found = {"made_of": definition.rpartition(":")[2]}
+    if definition in OURS:
+        with suppress(Exception):  # any file can name any settings
+            cls: Any = registry.load(definition, folder)
+            slots = {slot: table.get(slot) for slot in ("parameters", "initial")}
+            robot = cls("recorded", **slots)
+            robot.prepare()
+            return found | scene_of(robot)
+    return found | (_noted(start) if start is not None else {})
+
+
+def _noted(start: Start) -> dict[str, Any]:
+    """Return what the run has noted of a robot, in the form of `scenes/view.py`."""
+    rays = [
+        {"name": name, "at": ray[:3], "direction": ray[3:6], "reach": ray[6]}
+        for name, ray in start.rays.items()
+    ]
+    found: dict[str, Any] = {"outline": _corners(start.outline), "rays": rays}
+    return found if start.world else found | {"arena": {"radius": start.arena}}
+
+
+def _world(table: Table, told: Manifest, folder: Path) -> dict[str, Any]:
+    name = str(table.get("name"))
+    options = {word: value for word, value in table.items() if word != "name"}
+    with suppress(Exception):  # any file can name any settings
+        world = World(name, options=options, folder=folder)
+        world.prepare()
+        return scene_of(world)
+    noted = told.worlds.get(name, {})
+    return {"walls": [{"outline": _corners(one)} for one in noted.values()]}
+
+
+def _corners(text: str) -> list[list[float]]:
+    """Return the corners of an outline, "x,y x,y ..."."""
+    with suppress(ValueError, AttributeError):
+        return [[float(x), float(y)] for x, y in (c.split(",") for c in text.split())]
+    return []

@@ -1,0 +1,177 @@
+"""Show: one recording, or two of one experiment, as a page shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from rems_net.dashboard.feed import Channel
+from rems_net.dashboard.protocol import Value
+from rems_net.dashboard.recorded.reel import Reel, Track
+from rems_net.dashboard.recorded.scenes import scenes_of
+from rems_net.errors import ExperimentError
+from rems_net.packing import pack
+from rems_net.recordings.mcap.writer import FILE
+
+#: the channel of ticks, as a clock publishes them
+CLOCK = Channel(0, "clock/tick", "")
+#: s. A tick of a recording that does not name its own.
+TICK = 0.01
+#: ns. Times in a file are rounded to less than this.
+SLACK = 500
+
+
+class Show:
+    """One or two recordings, for their pages. `close` it at the end.
+
+    paths: of the recording, and perhaps of a second one, whose robots are the ghosts
+    of the first one's. Raises ExperimentError, in one sentence, for a file that is no
+    recording, and for a second one of another experiment.
+    """
+
+    def __init__(self, *paths: Path, folder: Path = Path()) -> None:
+        self.reels: list[Reel] = []
+        try:
+            for path in paths:
+                first = sum(len(reel.tracks) for reel in self.reels) + 1
+                mark = _mark(path, paths[0]) if self.reels else ""
+                self.reels.append(Reel(path, first, mark))
+                _check(self.reels)
+        except ExperimentError:
+            self.close()
+            raise
+        told = self.reels[0].file.told
+        self.name = told.experiment or paths[0].stem
+        #: s. Length of a tick, and the first and the last value.
+        self.dt = told.dt or TICK
+        self.begin = min(reel.begin for reel in self.reels)
+        self.end = max(reel.end for reel in self.reels)
+        self.scenes = scenes_of(told, folder)
+        for ghosts in self.reels[1:]:
+            for agent, scene in scenes_of(ghosts.file.told, folder).items():
+                if agent.startswith("robot/"):
+                    self.scenes[ghosts.named(agent)] = scene | {"ghost": agent}
+
+    def close(self) -> None:
+        """Close the files."""
+        for reel in self.reels:
+            reel.close()
+
+    @property
+    def tracks(self) -> list[tuple[Reel, Track]]:
+        """The recorded ports of all recordings."""
+        return [(reel, track) for reel in self.reels for track in reel.tracks]
+
+    @property
+    def agents(self) -> list[str]:
+        """The keys of all agents, as the page names them."""
+        return list(dict.fromkeys(track.agent for _, track in self.tracks))
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on recordings that are not whole."""
+        return [
+            f"{_shown(reel.file.path)} has no end: its writer was killed, or the file "
+            f"is cut off. It is shown up to {reel.end:g} s."
+            for reel in self.reels
+            if not reel.file.whole
+        ]
+
+    def described(self) -> dict[str, Any]:
+        """Return what a page receives first: schemas, channels, scenes and agents."""
+        schemas = chain.from_iterable(reel.schemas().items() for reel in self.reels)
+        channels = [CLOCK, *(track.channel for _, track in self.tracks)]
+        return {
+            "schemas": dict(schemas),
+            "channels": [one._asdict() for one in channels],
+            "scenes": self.scenes,
+            "status": {"agents": [[a, a.partition("/")[0], ""] for a in self.agents]},
+        }
+
+    def recording(self) -> dict[str, Any]:
+        """Return what the page needs to play it."""
+        paths = [reel.file.path for reel in self.reels]
+        return {
+            "name": " and ".join(map(_shown, paths)),
+            "begin": self.begin,
+            "end": self.end,
+            "dt": self.dt,
+            "notes": self.notes,
+        }
+
+    def number(self, t: float) -> int:
+        """Return the tick at a time [s], or the last one before it."""
+        return int(t / self.dt + 1e-6)
+
+    def until(self, n: int) -> int:
+        """Return a time [ns] between the values of tick n and those of the next."""
+        return round(n * self.dt * 1e9) + SLACK
+
+    def shown(self, looks: Set[str]) -> list[tuple[Reel, Track]]:
+        """Return the ports that a page shows, as a live page receives them.
+
+        These are the states of robots, worlds, and the agents and ports in `looks`.
+        """
+        return [
+            (reel, track)
+            for reel, track in self.tracks
+            if not looks.isdisjoint((track.agent, track.channel.key))
+            or track.agent.startswith("world/")
+            or (track.agent.startswith("robot/") and track.port == "state")
+        ]
+
+    def tick(self, n: int, pace: float) -> tuple[int, Value]:
+        """Return the value of the clock at tick n, with the number of its channel."""
+        t = n * self.dt
+        return CLOCK.id, (pack([n, t]), pack([1, n, t, 0, pace, 0, 0]))
+
+
+def _mark(path: Path, other: Path) -> str:
+    """Return a word by which a recording's robots differ from those of another one."""
+    for words in (
+        (path.stem, other.stem),
+        (path.resolve().parent.name, other.resolve().parent.name),
+    ):
+        if words[0] != words[1]:
+            return words[0]
+    return "second"
+
+
+def _shown(path: Path) -> str:
+    """Return the name of a recording: that of its folder, if a run has named it."""
+    path = path.resolve()
+    return path.parent.name if path.name == FILE else path.name
+
+
+def _check(reels: list[Reel]) -> None:
+    """Raise ExperimentError if the newest one cannot be shown, or not with the first.
+
+    Ghosts are compared with robots of the same name in the same experiment.
+    """
+    first, newest = reels[0], reels[-1]
+    path = newest.file.path
+    if not any(newest.file.counts.values()):
+        passed = ", ".join(newest.file.passed)
+        also = f" (passed over: {passed})" if passed else ""
+        raise ExperimentError(
+            f"{path} has no values that the page can show{also}; expected the run.mcap "
+            "of a run. (R1005)"
+        )
+    if newest is first:
+        return
+    names = [reel.file.told.experiment for reel in (first, newest)]
+    robots = [
+        {key.rpartition("/")[0] for key in reel.file.channels if key[:6] == "robot/"}
+        for reel in (first, newest)
+    ]
+    if names[0] != names[1] or not robots[0] & robots[1]:
+        raise ExperimentError(
+            f"{path} is a recording of {names[1] or 'no experiment'!r} with "
+            f"{', '.join(sorted(robots[1])[:4]) or 'no robot'}, and the first one of "
+            f"{names[0] or 'no experiment'!r} with "
+            f"{', '.join(sorted(robots[0])[:4]) or 'no robot'}; ghosts are robots of "
+            "the same names in the same experiment, so give two such recordings. "
+            "(R1005)"
+        )
