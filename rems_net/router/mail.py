@@ -1,6 +1,6 @@
 """Mail: what Zenoh's threads have filed, to be read later in another thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterator
 from contextlib import suppress
 from functools import cache
 from queue import Empty, SimpleQueue
@@ -156,6 +156,8 @@ class Mailbox:
         #: longer, which costs a third of all ticks. So `bound` drops excess letters
         #: later.
         self.put: Callable[[Any], None] = self._queue.put
+        #: a letter that was read, and is still to come
+        self._held: Any = None
         #: letters that were dropped
         self.dropped = 0
         _bounded.add(self)
@@ -174,6 +176,9 @@ class Mailbox:
 
     def get(self, timeout: float | None = None) -> Letter | None:
         """Return the oldest letter; None if nothing came for `timeout` seconds."""
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held  # type: ignore[no-any-return]
         try:
             item: Letter = self._queue.get(timeout=timeout)
         except Empty:
@@ -183,8 +188,17 @@ class Mailbox:
             return Mail(item)
         return item
 
+    def run_of(self, keys: Container[str]) -> Iterator[Mail]:
+        """Yield the letters that are mail with these keys, up to the first other."""
+        while self._held is None and not self._queue.empty():
+            letter = self.get(0)
+            if type(letter) is not Mail or letter.key not in keys:
+                self._held = letter
+                return
+            yield letter
+
     def empty(self) -> bool:
-        return self._queue.empty()
+        return self._held is None and self._queue.empty()
 
 
 #: all mailboxes: each may fill while its owner is busy

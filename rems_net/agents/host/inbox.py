@@ -240,6 +240,10 @@ class Inbox:
             if self._in_vain(since):
                 self.session.ask_at_once(f"{key}?since={n}", self.box.put)
                 since = 0.0
+            # A crowd's values come together. Other letters wait: one of them may end
+            # the run, and this tick is still to be done.
+            for mail in self.box.run_of(self.membership.steps):
+                self.take(mail)
 
     def _in_vain(self, since: float) -> bool:
         """Wait for a letter; return True if it is time to ask for the missing message.
