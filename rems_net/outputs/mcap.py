@@ -66,9 +66,7 @@ class McapOutput(Output):
             if events and EVENTS not in file.channels:
                 file.declare({}, [Derived(EVENTS, LOG)])
             for event in events:
-                messages = Batch()
-                messages[EVENTS] = log(time, *event)
-                file.add(tick.n, time, messages)
+                file.add(tick.n, time, {EVENTS: log(time, *event)})
             file.end_tick()
         except OSError as error:
             raise self._failed(error) from None

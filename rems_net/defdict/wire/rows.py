@@ -6,7 +6,7 @@ all that is done with their bytes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
 from operator import attrgetter
@@ -32,8 +32,8 @@ class Rows(NamedTuple):
 class Batch(dict[str, bytes]):
     """Messages of a tick by port key; those of crowds may be in `rows` instead."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, messages: Mapping[str, bytes] | None = None) -> None:
+        super().__init__(messages or {})
         self.rows: list[Rows] = []
 
     def add(self, other: Batch) -> None:

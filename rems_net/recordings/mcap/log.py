@@ -7,6 +7,9 @@ from rems_net.recordings.mcap.derived import TIME_TYPE, put_text
 #: key of the channel
 EVENTS = "rems/events"
 INFO, WARN = 20, 30
+#: key and texts of the events of STOP and its release
+CLOCK = "clock"
+STOPPED, RELEASED = "STOP: every robot holds its safe command", "released"
 LOG = (
     "rcl_interfaces/msg/Log",
     f"""uint8 DEBUG=10

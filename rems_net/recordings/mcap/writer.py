@@ -139,16 +139,17 @@ class McapWriter:
         self._parts.append(data)
         self._length += len(data)
 
-    def add(self, n: int, time: int, messages: Batch) -> None:
+    def add(self, n: int, time: int, messages: Mapping[str, bytes]) -> None:
         """Add the messages of tick n, at a time [ns], by the keys of their channels."""
-        if not messages and not messages.rows:
+        batch = messages if isinstance(messages, Batch) else Batch(messages)
+        if not batch and not batch.rows:
             return
         if self._ticks and time // SECOND != self._ticks[0][1] // SECOND:
             self.end_chunk()
-        if not self._frame.fits(messages):
-            self._frame = Frame(self.channels, messages)
+        if not self._frame.fits(batch):
+            self._frame = Frame(self.channels, batch)
         self._ticks.append((self._frame, time, self._length))
-        self._keep(self._frame.filled(n, time, messages))
+        self._keep(self._frame.filled(n, time, batch))
 
     def end_tick(self) -> None:
         """Close the chunk if it is full."""
