@@ -190,12 +190,17 @@ class Mailbox:
 
     def run_of(self, keys: Container[str]) -> Iterator[Mail]:
         """Yield the letters that are mail with these keys, up to the first other."""
-        while self._held is None and not self._queue.empty():
-            letter = self.get(0)
-            if type(letter) is not Mail or letter.key not in keys:
-                self._held = letter
-                return
-            yield letter
+        if self._held is not None:
+            return
+        get, sample = self._queue.get_nowait, zenoh.Sample
+        with suppress(Empty):
+            while True:
+                letter = get()
+                mail = Mail(letter) if type(letter) is sample else None
+                if mail is None or mail.key not in keys:
+                    self._held = mail or letter
+                    return
+                yield mail
 
     def empty(self) -> bool:
         return self._held is None and self._queue.empty()

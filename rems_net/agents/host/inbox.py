@@ -243,7 +243,10 @@ class Inbox:
             # A crowd's values come together. Other letters wait: one of them may end
             # the run, and this tick is still to be done.
             for mail in self.box.run_of(self.membership.steps):
-                self.take(mail)
+                try:
+                    self.membership.hear_value(mail)
+                except WireError as error:
+                    self._complaints.about(mail.key, error)
 
     def _in_vain(self, since: float) -> bool:
         """Wait for a letter; return True if it is time to ask for the missing message.
