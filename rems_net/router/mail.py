@@ -157,7 +157,7 @@ class Mailbox:
         #: later.
         self.put: Callable[[Any], None] = self._queue.put
         #: a letter that was read, and is still to come
-        self._held: Any = None
+        self._held: Letter | None = None
         #: letters that were dropped
         self.dropped = 0
         _bounded.add(self)
@@ -178,7 +178,7 @@ class Mailbox:
         """Return the oldest letter; None if nothing came for `timeout` seconds."""
         if self._held is not None:
             held, self._held = self._held, None
-            return held  # type: ignore[no-any-return]
+            return held
         try:
             item: Letter = self._queue.get(timeout=timeout)
         except Empty:

@@ -33,7 +33,7 @@ class Frame:
         sizes = dict(zip(self._alone, self._sizes, strict=True))
         self._crowds = [(some.keys, some.data.shape[1]) for some in messages.rows]
         for keys, size in self._crowds:
-            sizes |= dict.fromkeys(keys, size)
+            sizes.update((key, size) for key in keys)
         every = sorted(sizes, key=lambda key: channels[key].id)
         lengths = np.array([sizes[key] for key in every], np.int64)
         self.ids = np.array([channels[key].id for key in every], np.int64)
