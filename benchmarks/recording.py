@@ -15,7 +15,8 @@ every run has it, it is what the recorder adds to the process of the CSV output.
 processes of their own it is what their threads do, most of which is to receive three
 messages a robot and tick, whatever is recorded. Beside it is an output that only reads
 them as values, and the floor: a bare Zenoh subscriber that reads key, payload and
-stamp of each."""
+stamp of each. Python checks each message by its writer and tick. So MCAP in a process
+of its own stays above 0.2 of CSV, far above the floor."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

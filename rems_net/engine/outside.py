@@ -1,4 +1,4 @@
-"""What comes from no agent: calls of verbs, values put at an In, STOP and release.
+"""Acts of no agent: calls of verbs, values that are put at an In, STOP and release.
 
 `rems call robot/sim reset`, `fabric.robot("sim").reset()` and, of an engine,
 `engine["robot/sim"].reset()` or `engine.put(...)`. Such a thing is done between two

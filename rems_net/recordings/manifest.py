@@ -100,7 +100,7 @@ class Manifest:
         for plan in self.agents.get(kind, ()):
             if plan.get("name") == name and dt:
                 every = int(plan.get("every", 1))
-                since = round(plan.get("since", 0.0) / dt) + 1
+                since = round(float(plan.get("since", 0.0)) / dt) + 1
                 return -(-since // every) * every
         return 0
 

@@ -163,15 +163,10 @@ class Rebuilt:
 
     def repeat(self) -> None:
         """Let agents that are computed repeat what came from outside."""
-        robots = [
-            plan
-            for plan in self.lab.plans.values()
-            if plan.kind == "robot" and plan.key not in self.played
-        ]
-        for n, stopped in self.file.holds():
-            one = Outside(n - 1, HOLD, [stopped])
-            for plan in robots:
-                plan.again = [*plan.again, tuple(one)]
+        holds = [tuple(Outside(n - 1, HOLD, [on])) for n, on in self.file.holds()]
+        for key, plan in self.lab.plans.items():
+            if plan.kind == "robot" and key not in self.played:
+                plan.again = [*plan.again, *holds]
         for key, text in self.file.events():
             one, plan = Outside.read(text), self.lab.plans.get(key)
             if one is not None and plan is not None and key not in self.played:
