@@ -16,7 +16,9 @@ NUMBERS = st.tuples(st.floats(allow_nan=False, allow_infinity=False), st.floats(
 
 @settings(deadline=None)
 @given(st.lists(NUMBERS, min_size=1, max_size=5))
-def test_rows_are_the_messages_of_their_values(numbers: list[tuple[float, float]]):
+def test_rows_are_the_messages_of_their_values(
+    numbers: list[tuple[float, float]],
+) -> None:
     values = [STATE({"y": y, "b": {"x": x}}) for y, x in numbers]
     codec, one = row_codec(STATE), cdr(STATE)
     assert codec is not None
@@ -27,7 +29,7 @@ def test_rows_are_the_messages_of_their_values(numbers: list[tuple[float, float]
     assert [*map(bytes, rows)] == made
 
 
-def test_a_payload_that_is_unusual_or_wrong_is_left_to_the_slow_way():
+def test_a_payload_that_is_unusual_or_wrong_is_left_to_the_slow_way() -> None:
     codec, right = row_codec(STATE), STATE({"y": 1.0, "b": {"x": 0.5}}).encode()
     assert codec is not None
     whole = pack({"y": 1, "b": {"x": 0.5}})  # right, too: another language wrote it
@@ -38,12 +40,12 @@ def test_a_payload_that_is_unusual_or_wrong_is_left_to_the_slow_way():
         assert codec.of_payloads([right, payload]) is None
 
 
-def test_other_fields_than_floats_have_no_rows():
+def test_other_fields_than_floats_have_no_rows() -> None:
     assert row_codec(Schema("s", {"on": boolean()})) is None
     assert row_codec(Schema("s", {})) is None
 
 
-def test_a_table_is_the_same_from_rows_and_from_single_messages():
+def test_a_table_is_the_same_from_rows_and_from_single_messages() -> None:
     layout, one = cdr(STATE).layout, cdr(STATE)
     values = [STATE({"y": float(i), "b": {"x": 0.0}}) for i in range(3)]
     codec = row_codec(STATE)

@@ -164,9 +164,9 @@ class Rebuilt:
     def repeat(self) -> None:
         """Let agents that are computed repeat what came from outside."""
         holds = [tuple(Outside(n - 1, HOLD, [on])) for n, on in self.file.holds()]
-        for key, plan in self.lab.plans.items():
-            if plan.kind == "robot" and key not in self.played:
-                plan.again = [*plan.again, *holds]
+        for robot in self.lab.plans.values():
+            if robot.kind == "robot" and robot.key not in self.played:
+                robot.again = [*robot.again, *holds]
         for key, text in self.file.events():
             one, plan = Outside.read(text), self.lab.plans.get(key)
             if one is not None and plan is not None and key not in self.played:
