@@ -12,8 +12,8 @@ TEXT = """Processor time of two outputs in one run, which record command, state 
 sensors of {} kinematic Woodbots: CSV writes a file for each robot, MCAP one for all. In
 the engine, that is what an output itself does. In a shared process, as the recorder of
 every run has it, it is what the recorder adds to the process of the CSV output. In
-processes of their own it is what their threads do, most of which is to receive three
-messages a robot and tick, whatever is recorded. Beside it is an output that only reads
+processes of their own it is what their threads do, and most of it is to receive
+three messages a robot and tick. Beside it is an output that only reads
 them as values, and the floor: a bare Zenoh subscriber that reads key, payload and
 stamp of each. Python checks each message by its writer and tick. So MCAP in a process
 of its own stays above 0.2 of CSV, far above the floor."""
