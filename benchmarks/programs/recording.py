@@ -8,12 +8,14 @@ every run.  each: so, too, and each robot in a process of its own.  alone: one o
 after the other, in a process of its own.
 
 Prints the microseconds of a robot and tick: of each output, of an output that only
-reads (apart), and of the whole tick on the wall (shared, each, alone).
+reads and of a bare Zenoh subscriber (apart), and of the whole tick on the wall (shared,
+each, alone).
 """
 
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import tempfile
 import time
@@ -85,7 +87,16 @@ def apart(lab: Experiment, out: Path) -> dict[str, float]:
     names = {"csv": TimedCsv, "mcap": TimedMcap, "reading": Reading}
     for name, cls in names.items():
         lab.output(name, cls)
-    return {n: took[0] for n, took in zip(names, run(lab, out, *names), strict=True)}
+    took = zip(names, run(lab, out, *names), strict=True)
+    return {name: seconds for name, (seconds, _) in took} | {"floor": floor(lab)}
+
+
+def floor(lab: Experiment) -> float:
+    """Return the seconds that a bare Zenoh subscriber takes for as many messages."""
+    robots = sum(plan.kind == "robot" for plan in lab.plans.values())
+    words = [sys.executable, "-m", "benchmarks.programs.receiving", str(robots), "20"]
+    done = subprocess.run(words, stdout=subprocess.PIPE, check=True)
+    return float(json.loads(done.stdout)["floor"]) * robots / 1e6
 
 
 def shared(lab: Experiment, out: Path) -> dict[str, float]:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, overload
 
 from rems_net.agents.runtime import RUNTIME, Runtime
-from rems_net.defdict import DefDict, Field, Schema, merge_schemas
+from rems_net.defdict import Batch, DefDict, Field, Schema, merge_schemas
 from rems_net.errors import FieldValueError, SchemaError, UnknownAttributeError
 
 #: Number of schemas kept per port that depend on parameters.
@@ -171,7 +171,7 @@ class In(Port):
         self.source, self.messages = source, messages
 
 
-class Messages(dict[str, bytes]):
+class Messages(Batch):
     """Messages in CDR by port key, of the ports that have written since it was cleared.
 
     schemas: of every port that is read, by port key.

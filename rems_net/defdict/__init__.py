@@ -52,6 +52,10 @@ from rems_net.defdict.wire.cdr import canonical as canonical
 from rems_net.defdict.wire.cdr import cdr as cdr
 from rems_net.defdict.wire.ros2msg import ros2msg as ros2msg
 from rems_net.defdict.wire.ros2msg import type_name as type_name
+from rems_net.defdict.wire.rows import Batch as Batch
+from rems_net.defdict.wire.rows import RowCodec as RowCodec
+from rems_net.defdict.wire.rows import Rows as Rows
+from rems_net.defdict.wire.rows import row_codec as row_codec
 
 __all__ = [
     "Converter",

@@ -1,7 +1,8 @@
-"""Calls of verbs that come from no agent: they are done between two ticks.
+"""Acts of no agent: calls of verbs, values that are put at an In, STOP and release.
 
 `rems call robot/sim reset`, `fabric.robot("sim").reset()` and, of an engine,
-`engine["robot/sim"].reset()`. Outputs that record receive them; a rerun repeats them.
+`engine["robot/sim"].reset()` or `engine.put(...)`. Such a thing is done between two
+ticks. Outputs that record receive it; a rerun repeats it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from functools import wraps
 from typing import Any, NamedTuple
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import perform, plain, request, verbs_of
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.recorded import MessageInlet
@@ -21,6 +23,11 @@ from rems_net.errors import uncoded
 
 #: what the event of such a call begins with
 BEGIN = "called from outside after tick "
+#: stands for a verb: a value is put at an In. Its arguments: the In's name, the values,
+#: and their source tick
+PUT = "@put"
+#: stands for a verb: STOP, with True, or its release
+HOLD = "@hold"
 
 
 class Outside(NamedTuple):
@@ -70,6 +77,10 @@ class Outside(NamedTuple):
             return None
 
 
+def _nobody(key: str, text: str) -> None:
+    """Send nothing: there is no other process."""
+
+
 class Visits:
     """Calls from outside, of the agents of one engine.
 
@@ -83,7 +94,10 @@ class Visits:
         #: whether agents act now: what is called then, an agent has called
         self.busy = False
         #: sends a call to other processes: the key of its agent, and a sentence
-        self.send: Callable[[str, str], None] = lambda key, text: None
+        self.send: Callable[[str, str], None] = _nobody
+        #: the Ins that record, of so many Ins
+        self._found: list[MessageInlet] = []
+        self._count = 0
         self._opened: dict[str, Agent] = {}
         self._repeats: list[tuple[Agent, Outside]] = []
 
@@ -106,6 +120,20 @@ class Visits:
             for name in verbs_of(agent):
                 agent.__dict__.pop(name, None)
         self._opened.clear()
+
+    def put(self, inlet: Inlet, value: Any, n: int, source_tick: int) -> None:
+        """Note a value that was put at an In after tick n. On an open fabric, don't."""
+        if inlet.run.in_step and (self._recorders() or self.send is not _nobody):
+            sent = [inlet.port, value, source_tick]
+            text = Outside.of(n, PUT, sent, {}).text()
+            self.receive(inlet.agent.key, text)
+            self.send(inlet.agent.key, text)
+
+    def _recorders(self) -> list[MessageInlet]:
+        if self._count != len(self._inlets):
+            self._count = len(self._inlets)
+            self._found = [i for i in self._inlets if isinstance(i, MessageInlet)]
+        return self._found
 
     def _noting(
         self, agent: Agent, name: str, method: Callable[..., Any]
@@ -134,11 +162,10 @@ class Visits:
 
     def receive(self, key: str, text: str, badge: int | None = None) -> None:
         """Pass a call on to the outputs here. badge: of the process that sent it."""
-        for inlet in self._inlets:
-            if isinstance(inlet, MessageInlet):
-                what = "/".join((inlet.source or "").split("/")[:2])
-                if fnmatchcase(key, what):
-                    inlet.messages.called.append((key, text, badge))
+        for inlet in self._recorders():
+            what = "/".join((inlet.source or "").split("/")[:2])
+            if fnmatchcase(key, what):
+                inlet.messages.called.append((key, text, badge))
 
     # -- again -------------------------------------------------------------------
 
@@ -151,9 +178,20 @@ class Visits:
         """Begin tick n: repeat the calls that were done before it."""
         while self._repeats and self._repeats[0][1].n < n:
             agent, one = self._repeats.pop(0)
-            # An error went to its caller then.
-            perform(self.verbs(agent), one.verb, request((*one.args,), one.kwargs))
+            if one.verb == HOLD:
+                runtime(agent).stopped = bool(one.args[0])
+            elif one.verb == PUT:
+                self._put_again(agent, *one.args)
+            else:  # an error went to its caller then
+                perform(self.verbs(agent), one.verb, request((*one.args,), one.kwargs))
         self.n, self.busy = n, True
+
+    def _put_again(
+        self, agent: Agent, port: str, values: Mapping[str, Any], source_tick: int
+    ) -> None:
+        for inlet in self._inlets:
+            if inlet.agent is agent and inlet.port == port and inlet.source is None:
+                inlet.put(values, source_tick)
 
     def end(self) -> None:
         """End a tick."""

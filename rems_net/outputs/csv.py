@@ -8,11 +8,13 @@ from typing import Any
 
 from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import AgentError
 from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.export.lines import cells, headings, line, order
+from rems_net.recordings.manifest import Manifest, read_manifest
 
 
 class CsvOutput(Output):
@@ -35,14 +37,30 @@ class CsvOutput(Output):
         self._files: dict[str, _File] = {}
         self._keys: list[str] = []
         self._plan: list[tuple[_File, list[str]]] = []
+        #: by port: the tick of its first value, and what holds before
+        self._initial: dict[str, tuple[int, DefDict]] = {}
 
     def write(self, tick: Tick) -> None:
         """Add one row to each file."""
         values: Any = {**self.robots, **self.worlds}
         if self._keys != [*values]:
             self._keys, self._plan = [*values], self._planned(values)
+            self._begin(values)
+        for key, (first, value) in [*self._initial.items()]:
+            if tick.n < first:
+                values[key] = value
+            else:
+                del self._initial[key]
         for file, keys in self._plan:
             file.add(tick.t, [values[key] for key in keys])
+
+    def _begin(self, values: dict[str, DefDict]) -> None:
+        """Find the initial values of robots that do not step at every tick."""
+        about = read_manifest(self.out) or Manifest()
+        for key, value in values.items():
+            first = about.first(key.rpartition("/")[0], runtime(self).dt)
+            if first > 1:
+                self._initial[key] = first, about.initial(key, value.schema)
 
     def _planned(self, values: dict[str, DefDict]) -> list[tuple["_File", list[str]]]:
         """Return each file, with the keys of its columns in their order."""

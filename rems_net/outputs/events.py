@@ -13,7 +13,7 @@ from rems_net.agents.ports import Messages
 from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import CALLS, Call, read_calls
 from rems_net.defdict import cdr
-from rems_net.recordings.mcap.log import INFO, WARN
+from rems_net.recordings.mcap.log import CLOCK, INFO, RELEASED, STOPPED, WARN
 
 #: level, key of the agent that the event is about, and a sentence
 Row = tuple[int, str, str]
@@ -35,9 +35,7 @@ class Events:
         """Yield the events of a tick. read: all that the output reads."""
         if (stopped := runtime(output).stopped) != self._stopped:
             self._stopped = stopped
-            text = "STOP: every robot holds its safe command"
-            told = (WARN, "clock", text) if stopped else (INFO, "clock", "released")
-            yield told
+            yield (WARN, CLOCK, STOPPED) if stopped else (INFO, CLOCK, RELEASED)
         # A new roster gives new objects: a crowd is looked through only then.
         seen = [some.agents for some in read]
         if len(seen) != len(self._seen) or any(map(is_not, seen, self._seen)):

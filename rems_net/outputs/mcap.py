@@ -8,7 +8,7 @@ from rems_net.agents.agent import Output
 from rems_net.agents.ports import In, Messages
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Schema
+from rems_net.defdict import Batch, Schema
 from rems_net.errors import AgentError
 from rems_net.outputs.events import Events
 from rems_net.recordings.manifest import read_manifest
@@ -54,9 +54,9 @@ class McapOutput(Output):
                 self._ports, self._derived = ports, derived(schemas, self._rays())
                 file.declare(schemas, self._derived)
             events = [*self._events.of(self, read)]
-            messages: dict[str, bytes] = {}
+            messages = Batch()
             for some in read:
-                messages |= some
+                messages.add(some)
                 some.clear()
             time = round(tick.t * 1e9)
             for one in self._derived:

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rems_net.defdict import DefDict, Schema
 from rems_net.reading import read_file
+from rems_net.recordings.csv_file import heading
 
 NAME = "run.json"
 #: how many numbers a ray has
@@ -73,6 +75,34 @@ class Manifest:
     def plain(self) -> dict[str, Any]:
         """Return it as plain data."""
         return vars(self) | {"robots": {n: vars(one) for n, one in self.robots.items()}}
+
+    def initial(self, key: str, schema: Schema) -> DefDict:
+        """Return the value of a port before its agent's first step.
+
+        key: such as `robot/sim/state`. Of a state these are the robot's initial values;
+        of any other port, the defaults.
+        """
+        value, (kind, name, port) = schema(), key.split("/")
+        if (kind, port) == ("robot", "state") and name in self.robots:
+            start = self.robots[name].state
+            for path, one in schema.rows():
+                known = start.get(heading(f"state/{path}", one.unit))
+                if known is not None and one.dtype == "float" and not one.shape:
+                    value[path] = known
+        return value
+
+    def first(self, key: str, dt: float) -> int:
+        """Return the tick of an agent's first step; 0 if it is not known.
+
+        key: of the agent.  dt: s.
+        """
+        kind, _, name = key.partition("/")
+        for plan in self.agents.get(kind, ()):
+            if plan.get("name") == name and dt:
+                every = int(plan.get("every", 1))
+                since = round(float(plan.get("since", 0.0)) / dt) + 1
+                return -(-since // every) * every
+        return 0
 
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""

@@ -5,6 +5,7 @@ them.
 """
 
 import re
+from functools import lru_cache
 
 from rems_net.errors import ExperimentError, nearest
 
@@ -23,6 +24,7 @@ _NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 STEP = "@step"
 
 
+@lru_cache(maxsize=65536)
 def plain_key(key: str) -> str:
     """Return the key of a port, or of the clock's, without STEP."""
     return key.replace(f"/{STEP}/", "/", 1)

@@ -1,6 +1,6 @@
 """Mail: what Zenoh's threads have filed, to be read later in another thread."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import suppress
 from functools import cache
 from queue import Empty, SimpleQueue
@@ -156,6 +156,8 @@ class Mailbox:
         #: longer, which costs a third of all ticks. So `bound` drops excess letters
         #: later.
         self.put: Callable[[Any], None] = self._queue.put
+        #: a letter that was read, and is still to come
+        self._held: Letter | None = None
         #: letters that were dropped
         self.dropped = 0
         _bounded.add(self)
@@ -174,6 +176,9 @@ class Mailbox:
 
     def get(self, timeout: float | None = None) -> Letter | None:
         """Return the oldest letter; None if nothing came for `timeout` seconds."""
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held
         try:
             item: Letter = self._queue.get(timeout=timeout)
         except Empty:
@@ -191,8 +196,22 @@ class Mailbox:
                 return
             yield letter
 
+    def run_of(self, keys: Container[str]) -> Iterator[Mail]:
+        """Yield the letters that are mail with these keys, up to the first other."""
+        if self._held is not None:
+            return
+        get, sample = self._queue.get_nowait, zenoh.Sample
+        with suppress(Empty):
+            while True:
+                letter = get()
+                mail = Mail(letter) if type(letter) is sample else None
+                if mail is None or mail.key not in keys:
+                    self._held = mail or letter
+                    return
+                yield mail
+
     def empty(self) -> bool:
-        return self._queue.empty()
+        return self._held is None and self._queue.empty()
 
 
 #: all mailboxes: each may fill while its owner is busy

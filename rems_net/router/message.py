@@ -4,6 +4,7 @@ And the stamp of a value, its attachment: when it was written, and by which host
 """
 
 import platform
+from functools import lru_cache
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -65,6 +66,7 @@ def pack_stamp(n: int, t: float, badge: int = 0, said: int | None = None) -> byt
     return pack((n, t, badge, said))
 
 
+@lru_cache(maxsize=256)  # all values of a crowd have one stamp
 def read_stamp(payload: bytes) -> Stamp:
     """Read `[n, t]`, `[n, t, badge]` or `[n, t, badge, said]`. Raises WireError."""
     words = read(payload)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -200,6 +201,32 @@ def test_the_agents_of_a_script(start: Start, here: Fabric, folder: Path) -> Non
     until(lambda: {r["agent"] for r in here.agents()} == every)
     said = "rems: robot/alice, robot/bob, process/first: Ctrl+C ends it\n"
     assert text(script) == f"read\n{said}"
+
+
+RECORDED = """\
+[experiment]
+name = "recorded"
+dt = "50 ms"
+
+[[robot]]
+name = "sim"
+definition = "woodbot"
+driver = "kinematic"
+
+[[output]]
+name = "log"
+type = "mcap"
+"""
+
+
+def test_a_recording_has_the_length_of_the_ticks_of_its_fabric(
+    start: Start, here: Fabric, folder: Path
+) -> None:
+    (folder / "recorded.toml").write_text(RECORDED)
+    start("agent", "start", "recorded.toml")
+    until(lambda: {"robot/sim", "output/log"} <= {r["agent"] for r in here.agents()})
+    about = folder / "runs" / "recorded" / "run.json"
+    assert json.loads(about.read_text())["dt"] == 0.02
 
 
 @pytest.mark.parametrize(

@@ -200,3 +200,32 @@ def test_a_call_half_way_by_another_process(
         again = program("rerun", "runs/visited", *way)
         assert SAME in again.stdout, again
         assert again.returncode == 0
+
+
+@pytest.mark.parametrize("fabric", [False, True])
+def test_values_that_were_put_and_a_stop_are_repeated(
+    tmp_path: Path, fabric: bool
+) -> None:
+    lab = Experiment("driven", dt=0.1, duration=3.0)
+    lab.robot("a", "woodbot", "kinematic")
+    lab.robot("b", "woodbot", "kinematic", every=3)
+    with lab.engine(tmp_path) as engine:
+        engine.step(3)
+        engine.put("robot/a/command", {"wheel/left": "50 %", "wheel/right": 2.0})
+        engine.step(2)
+        engine.put("robot/b/command", {"wheel/left": 1.0, "wheel/right": 2.0})
+        engine.step(3)
+        engine.stop()
+        engine.step(3)
+        engine.release()
+        engine.put("robot/a/command", {"wheel/left": 3.0, "wheel/right": 2.0})
+        engine.step(19)
+    path = tmp_path / "run.mcap"
+    assert [*McapFile(path).holds()] == [(9, True), (12, False)]
+    again = rebuild(path, tmp_path)
+    again.check()
+    assert compare(again, fabric=fabric).differ == 0
+    without = rebuild(path, tmp_path)
+    without.lab.plans["robot/a"].again = ()
+    without.check()
+    assert min(one.tick for one in compare(without).found.values()) == 4

@@ -84,7 +84,8 @@ def recorded() -> None:
             tab.until("rems.store.tick > 0")
             tab.run(f"rems.playback.jump({TIME})")
             tab.until(f"Math.abs(rems.store.t - {TIME}) < 0.01")
-            time.sleep(1)  # so that all is drawn
+            drawn = tab.run("rems.cost.frames")
+            tab.until(f"rems.cost.frames > {drawn} + 30")  # so that all is drawn
             tab.picture(ROOT / "docs/dashboard_recorded.png")
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import rems_net
 from rems_net import Experiment
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import Tick
@@ -243,3 +244,22 @@ def test_an_input_and_a_robot_of_one_name(tmp_path: Path) -> None:
     begun = read_manifest(tmp_path / "one")
     assert begun is not None
     assert sorted(begun.files) == names
+
+
+@pytest.mark.parametrize("direct", [True, False])
+def test_a_robot_is_at_its_initial_place_before_its_first_step(
+    tmp_path: Path, direct: bool
+) -> None:
+    """In CSV files and in MCAP, from which the same CSV file is exported."""
+    lab = Experiment("late", dt=0.1, duration=1.0)
+    lab.robot("a", "woodbot", "kinematic")
+    lab.robot("b", "woodbot", "kinematic", every=3, initial={"x": "1 m"})
+    lab.output("log", "csv")
+    result = lab.run(tmp_path / "run", show=Show(), direct=direct)
+    assert result["b"]["state/x"].tolist() == [1.0] * 10
+    written = (tmp_path / "run" / "b.csv").read_bytes()
+    (tmp_path / "run" / "b.csv").unlink()
+    again = rems_net.read(tmp_path / "run")
+    assert again["b"]["state/x"].tolist() == [1.0] * 10
+    (made,) = again.export("b", to="csv", folder=tmp_path / "export")
+    assert made.read_bytes() == written

@@ -333,3 +333,24 @@ def _none() -> Any:
     from rems_net.agents.ports import Messages
 
     return Messages()
+
+
+def crowd() -> Experiment:
+    """Robots of which many are alike, and some step less often."""
+    lab = Experiment("crowd", dt=0.1, duration=1.2)
+    for i in range(60):
+        lab.robot(f"bot{i}", "woodbot", "kinematic", host=f"host{i % 2}")
+    lab.robot("late", "woodbot", "kinematic", every=5, host="host0")
+    lab.robot("other", "epuck", "kinematic", host="host1")
+    return lab
+
+
+def test_a_crowd_has_the_bytes_of_single_messages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the engine, and from other processes."""
+    rows = record(crowd(), tmp_path / "rows", direct=True)
+    assert record(crowd(), tmp_path / "hosts") == rows
+    monkeypatch.setattr("rems_net.engine.recorded.MANY", 1000)
+    assert record(crowd(), tmp_path / "single", direct=True) == rows
+    assert summary(tmp_path / "rows" / "run.mcap").statistics.channel_count > 180

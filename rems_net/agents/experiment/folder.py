@@ -51,17 +51,20 @@ def own_folder(
     *,
     native: bool = False,
     pace: float = 0.0,
+    dt: float = 0.0,
 ) -> Iterator[Path]:
     """Make `out` (or `runs/<name>`) the folder of a run, until the block ends.
 
     Earlier files there are moved, which is reported: all in the usual folder; in
     another folder, only the files that the earlier run lists.
     native: also if the lineup does not ask for it.  pace: of the run; 0 for none.
+    dt: s, of the open fabric that it joins; 0 for its own.
     Raises ExperimentError if another run writes there, or the files cannot be moved.
     """
     path = settings.check_folder(Path("runs") / lab.name if out is None else out)
     usual = path.parts[-2:] == ("runs", lab.name)
     told = manifest(lab, agents, native=native, pace=pace)
+    told = replace(told, dt=dt or lab.dt)
     with _lock(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -75,14 +78,17 @@ def own_folder(
         expected = _expected(lab, agents)
         files = [file for file in expected if not (path / file).exists()]
         put_manifest(replace(told, files=files), path)
+        there = {path / NAME, *_files(path)}
         for text in surroundings.doubts(agents):
             show.say("run", Event("warning", 0, "run", "start", text))
         for plan in lab.plans.values():
             plan.out = path
         try:
             yield path
-        except Exception:
-            _leave(path)
+        except BaseException as error:
+            _list_written(path, [file for file in _files(path) if file not in there])
+            if isinstance(error, Exception):
+                _leave(path)
             raise
         finally:
             _mend(path, show)
@@ -141,6 +147,22 @@ def finish(folder: Path, result: Result) -> None:
         names = sorted(path.relative_to(folder).as_posix() for path in ours)
         with suppress(OSError):  # the recordings themselves are complete
             replace(told, files=names).write(folder)
+
+
+def _list_written(folder: Path, files: Sequence[Path]) -> None:
+    """List in the manifest of a run that failed the files that it has written."""
+    told = read_manifest(folder)
+    if told is not None:
+        names = sorted(path.relative_to(folder).as_posix() for path in files)
+        with suppress(OSError):  # the run's own error is the one to report
+            replace(told, files=names).write(folder)
+
+
+def _files(folder: Path) -> list[Path]:
+    """Return the files in a folder, and in those below it."""
+    with suppress(OSError):
+        return [path for path in folder.rglob("*") if path.is_file()]
+    return []
 
 
 def _expected(lab: Lineup, agents: Mapping[str, Agent]) -> list[str]:

@@ -13,13 +13,13 @@ from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.verbs import Verbs
-from rems_net.errors import AgentError, ExperimentError, FabricError
+from rems_net.errors import AgentError, ExperimentError, FabricError, WireError
 from rems_net.events import Event
 from rems_net.router import find
 from rems_net.router.gate.access import is_of_team
 from rems_net.router.gate.standing import check_member
 from rems_net.router.keys import FABRIC
-from rems_net.router.message import LAST_TICK
+from rems_net.router.message import LAST_TICK, read
 from rems_net.router.session import Session
 
 
@@ -86,6 +86,16 @@ def ticking(session: Session, show: Show) -> Iterator[None]:
         thread.join()
 
 
+def _length(session: Session) -> float:
+    """Return the length of the ticks of a clock in s; 0 if it does not answer."""
+    for mail in session.ask(session.key("clock", "tick"), first=True):
+        with suppress(WireError):  # any program can answer anything
+            found = read(mail.payload)
+            if type(found) is dict and type(found.get("dt")) is float:
+                return float(found["dt"])
+    return 0.0
+
+
 def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
     """Bring all agents of a lineup to an open fabric, and stay until interrupted.
 
@@ -109,7 +119,9 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
         check_member(session)
         check_version(session)
         link, there = session.link, find.fabrics(session)
+        dt = DT  # of a clock that this program brings
         if session.fabric in there:
+            dt = _length(session)
             session.close()
         elif team and is_of_team(team, session.fabric):
             stack.enter_context(ticking(session, show))
@@ -120,7 +132,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
                 f"another by --fabric: {', '.join(there)} (R0602)"
             )
         hosts = Hosts(plans, agents, show, lab.dt, native=lab.native)
-        folder = own_folder(lab, out, agents, show)
+        folder = own_folder(lab, out, agents, show, dt=dt)
         if any(plan.kind == "output" for plan in lab.plans.values()):
             stack.enter_context(folder)
         try:

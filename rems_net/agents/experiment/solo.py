@@ -192,7 +192,10 @@ class Solo:
                 f"{key!r} {reads or 'is no In here'}; values can be put at: "
                 f"{', '.join(free) or 'nothing'}.{nearest(key, free)} (R0434)"
             )
-        inlets[key].put(values, self.n)
+        inlet = inlets[key]
+        inlet.put(values, self.n)
+        put = inlet.agent.__dict__[inlet.port]
+        self._here().visits.put(inlet, put, self.n, self.n)
 
     def stop(self) -> None:
         """Hold every robot at its safe command, as `rems stop` does."""

@@ -134,7 +134,7 @@ class Host:
         session = self.session
         self.leases.declare(self.inlets)
         for inlet in self.inlets:
-            open_outside(inlet, session.key, self.inbox)
+            open_outside(inlet, session.key, self.inbox, self.engine.visits)
         # Before publishers: Zenoh compares each subscriber with every publisher that is
         # here already, and ten thousand robots have thirty thousand.
         told = {session.key(inlet.key) for inlet in self.inlets if is_open(inlet)}

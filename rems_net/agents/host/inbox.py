@@ -240,6 +240,13 @@ class Inbox:
             if self._in_vain(since):
                 self.session.ask_at_once(f"{key}?since={n}", self.box.put)
                 since = 0.0
+            # A crowd's values come together. Other letters wait: one of them may end
+            # the run, and this tick is still to be done.
+            for mail in self.box.run_of(self.membership.steps):
+                try:
+                    self.membership.hear_value(mail)
+                except WireError as error:
+                    self._complaints.about(mail.key, error)
 
     def _in_vain(self, since: float) -> bool:
         """Wait for a letter; return True if it is time to ask for the missing message.

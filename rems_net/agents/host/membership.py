@@ -12,7 +12,7 @@ from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import time_of
 from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
-from rems_net.router.keys import plain_key
+from rems_net.router.keys import STEP, plain_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import Stamp
 
@@ -89,6 +89,8 @@ class Membership:
         self._admitted = False
         #: full key of a port -> badges of agents that may write it
         self._writers: dict[str, set[int]] = {}
+        #: full keys of the values of agents in lock-step
+        self.steps: set[str] = set()
         #: badge -> agent, for agents in lock-step: they write one value a tick
         self._exact: dict[int, str] = {}
         self._latest, self._given = latest, given
@@ -191,12 +193,13 @@ class Membership:
         return now is not None and now.since <= n and now.badge == writer.badge
 
     def _learn_writers(self) -> None:
-        self._writers, self._exact = {}, {}
+        self._writers, self._exact, self.steps = {}, {}, set()
         for roster in self.rosters.values():
             for key, entry in roster.agents.items():
                 if entry.lockstep:
                     self._exact[entry.badge] = key
                 for port in entry.outs:
+                    self.steps.add(f"{self._fabric}/{key}/{STEP}/{port}")
                     full = f"{self._fabric}/{key}/{port}"
                     self._writers.setdefault(full, set()).add(entry.badge)
         strangers = list(self._strangers)

@@ -9,6 +9,7 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.engine.outside import Visits
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.wiring import Entry, Written
@@ -42,12 +43,14 @@ def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
     return own | {full(*written)}
 
 
-def open_outside(inlet: Inlet, full: Callable[..., str], inbox: Inbox) -> None:
+def open_outside(
+    inlet: Inlet, full: Callable[..., str], inbox: Inbox, visits: Visits
+) -> None:
     """Give an In its source of values that programs outside put at its own key."""
     if inlet.source is not None and is_open(inlet):
         inlet.steady = [Refused(inlet.key, inlet.source, inbox)]
     elif inlet.source is None and inlet.schema is not None:
-        inlet.steady = [Outside(full(inlet.key), inlet.key, inlet.schema, inbox)]
+        inlet.steady = [Outside(full(inlet.key), inlet, inlet.schema, inbox, visits)]
     inlet.sources = [*inlet.steady]
 
 
@@ -149,9 +152,11 @@ class Outside:
     key, label = "", OUTSIDE
     entry: Entry | None = None
 
-    def __init__(self, key: str, own: str, schema: Schema, inbox: Inbox):
-        self._key, self._own, self._schema = key, own, schema
-        self._inbox = inbox
+    def __init__(
+        self, key: str, inlet: Inlet, schema: Schema, inbox: Inbox, visits: Visits
+    ):
+        self._key, self._own, self._schema = key, inlet.key, schema
+        self._inlet, self._inbox, self._visits = inlet, inbox, visits
 
     def take(self, tick: Tick) -> Value | None:
         """Return the value that was put since the last call."""
@@ -161,7 +166,9 @@ class Outside:
         mail, stamp = came
         # The sender may stamp it with the tick of the state that it answers to.
         source_tick = tick.n - 1 if stamp.n < 0 else min(stamp.said, tick.n - 1)
-        return self._decode(mail), source_tick
+        value = self._decode(mail)
+        self._visits.put(self._inlet, value, tick.n - 1, source_tick)
+        return value, source_tick
 
     def _decode(self, mail: Mail) -> DefDict:
         name, at, digest = mail.schema.rpartition("@")

@@ -55,7 +55,7 @@ def targets(count: int) -> str:
 def encoder(tree: Tree) -> Callable[[Any], bytes]:
     """Compile the method of a value that returns its payload."""
     if _is_fixed(tree):
-        parts = _parts(tree)
+        parts = payload_parts(tree)
         code = Code([], {"pack": struct.Struct(_format(parts)).pack})
         packed = []
         for i, (constant, one) in enumerate(parts):
@@ -85,14 +85,14 @@ def _is_fixed(tree: Tree) -> bool:
     )
 
 
-def _parts(tree: Tree) -> list[tuple[bytes, Field]]:
+def payload_parts(tree: Tree) -> list[tuple[bytes, Field]]:
     """Return the fields of a payload, each with the constant bytes before it."""
     parts: list[tuple[bytes, Field]] = []
     constant = map_header(len(tree))
     for key, entry in tree.entries.items():
         constant += pack(key)
         if isinstance(entry, Tree):
-            inner = _parts(entry)
+            inner = payload_parts(entry)
             parts += [(constant + inner[0][0], inner[0][1]), *inner[1:]]
         else:
             if entry.shape:
@@ -124,7 +124,7 @@ def _put(one: Field, v: str) -> str:
 
 
 def _decode_fixed(tree: Tree) -> Code:
-    parts = _parts(tree)
+    parts = payload_parts(tree)
     layout = struct.Struct(_format(parts))
     names: dict[str, Any] = {"unpack": layout.unpack}
     unpacked, tests, after = [], [], []

@@ -32,7 +32,8 @@ class Rows:
             self._ports[key] = codec.decode, places, len(self.fields)
             self.fields += [(f"{port}/{p}", schema.fields[i]) for p, i in zip(
                 paths, places, strict=True)]  # fmt: skip
-            start = codec.decode(codec.encode(schema())).leaves()
+            before = file.told.initial(key, schema)
+            start = codec.decode(codec.encode(before)).leaves()
             self._values += [start[i] for i in places]
 
     def headings(self) -> list[str]:

@@ -31,7 +31,7 @@ class AgentColumns(Mapping[Column, Values]):
 
     They are those of a CSV file: a row for each tick, numbers as floats, bytes as
     hexadecimal digits, without pictures. If a port was not written at a tick, its
-    value of before holds; before the first, the default. A column is read when
+    value of before holds; before the first, the initial one. A column is read when
     it is asked for, and with it only the chunks that hold its port.
     """
 
@@ -61,7 +61,8 @@ class AgentColumns(Mapping[Column, Values]):
         if column not in self._read:
             key, name = self._where[column]
             schema = self._file.schemas[key]
-            default = _parsed(schema, [cdr(schema).encode(schema())], name)[name]
+            before = self._file.told.initial(key, schema)
+            default = _parsed(schema, [cdr(schema).encode(before)], name)[name]
             times, blocks = [np.zeros(0, np.int64)], [default]
             for some, found in read_blocks(self._file, key, name):
                 times.append(np.array(some, np.int64))

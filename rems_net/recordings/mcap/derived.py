@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.defdict import Field, Schema, cdr
+from rems_net.defdict import Batch, Field, Schema, cdr
 from rems_net.maths import sincos
 from rems_net.pictures import is_picture, png
 
@@ -96,7 +96,6 @@ uint8 datatype
 uint32 count
 {_HEADER}""",
 )
-Messages = Mapping[str, bytes]
 #: by robot, the rays of its distance sensors: x, y, z, direction, reach (7,)
 Rays = Mapping[str, Mapping[str, Sequence[float]]]
 
@@ -110,7 +109,7 @@ class Derived:
 
     key: str
     type: tuple[str, str]
-    message: Callable[[Messages, int], bytes] = lambda messages, time: b""
+    message: Callable[[Batch, int], bytes] = lambda messages, time: b""
 
 
 def derived(schemas: Mapping[str, Schema], rays: Rays) -> list[Derived]:
@@ -159,7 +158,7 @@ class Poses:
         self._schemas, self._all = schemas, tuple(schemas)
         self._form: Callable[[tuple[str, ...]], _Form] = cache(self._made)
 
-    def __call__(self, messages: Messages, time: int) -> bytes:
+    def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
         try:
             return self._form(self._all).filled(messages, time)
@@ -177,8 +176,7 @@ class _Form:
     def __init__(self, schemas: Mapping[str, Schema]) -> None:
         out = bytearray(b"\0\1\0\0") + len(schemas).to_bytes(4, "little")
         stamps: list[int] = []
-        #: by layout of the states: their keys, and where their numbers are
-        self._groups: dict[Any, tuple[list[str], list[int]]] = {}
+        groups: dict[Any, tuple[list[str], list[int]]] = {}
         for key, schema in schemas.items():
             out += bytes(-len(out) & 3)
             stamps.append(len(out) // 4)
@@ -186,22 +184,26 @@ class _Form:
             put_text(out, WORLD)
             put_text(out, key.split("/")[1])
             out += bytes(-(len(out) - 4) & 7)
-            keys, places = self._groups.setdefault(cdr(schema).layout, ([], []))
+            keys, places = groups.setdefault(cdr(schema).layout, ([], []))
             keys.append(key)
             places.append((len(out) - 4) // 8)
             out += bytes(7 * 8)
         self._data, self._stamps = out, np.array(stamps)
+        #: by layout of the states: their keys, and where their numbers are
+        self._groups = {
+            layout: (tuple(keys), np.array(places))
+            for layout, (keys, places) in groups.items()
+        }
 
-    def filled(self, messages: Messages, time: int) -> bytes:
+    def filled(self, messages: Batch, time: int) -> bytes:
         """Return the message with the poses of these messages, at a time [ns]."""
         data = bytearray(self._data)
         words = np.frombuffer(data, "<u4", len(data) // 4)
         words[self._stamps] = time // 10**9
         words[self._stamps + 1] = time % 10**9
         reals = np.frombuffer(data, "<f8", (len(data) - 4) // 8, 4)
-        for layout, (keys, places) in self._groups.items():
-            rows = np.frombuffer(b"".join([messages[key] for key in keys]), layout)
-            at = np.array(places)
+        for layout, (keys, at) in self._groups.items():
+            rows = messages.table(keys, layout)
             reals[at], reals[at + 1] = rows["x"], rows["y"]
             # A turn about z: of a quaternion these are z and w.
             sine, cosine = sincos(rows["heading"] / 2)
@@ -215,7 +217,7 @@ class Picture:
     def __init__(self, key: str, schema: Schema, path: str) -> None:
         self._key, self._path, self._layout = key, path, cdr(schema).layout
 
-    def __call__(self, messages: Messages, time: int) -> bytes:
+    def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time."""
         if self._key not in messages:
             return b""
@@ -252,7 +254,7 @@ class Cloud:
             fields += struct.pack("<IB3xI", 4 * i, FLOAT32, 1)
         self._fields = bytes(fields) + struct.pack("<B3xI", 0, POINT)
 
-    def __call__(self, messages: Messages, time: int) -> bytes:
+    def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
         message = messages.get(self._key)
         if message is None:

@@ -1,13 +1,10 @@
 """Where messages are in a chunk, computed for all of them at once."""
 
-import struct
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.recordings.mcap import records as mcap
-from rems_net.recordings.mcap.records import Channel, ChunkIndex
+from rems_net.recordings.mcap.records import ChunkIndex
 
 Whole = NDArray[np.int64]
 NONE = np.zeros(0, np.int64)
@@ -15,29 +12,6 @@ NONE = np.zeros(0, np.int64)
 _INDEX = [("opcode", "u1"), ("length", "<u8"), ("id", "<u2"), ("size", "<u4")]
 #: where one is, in the index of a chunk
 _PLACE = np.dtype([("id", "<u2"), ("at", "<u8")])
-
-
-class Frame:
-    """What messages of a tick have in common with those of the next.
-
-    Their keys, sorted by channel, their sizes, and what each begins with; of most
-    agents that is the same at each tick.
-    """
-
-    def __init__(
-        self, channels: Mapping[str, Channel], messages: Mapping[str, bytes]
-    ) -> None:
-        self.there = frozenset(messages)
-        self.keys = sorted(messages, key=lambda key: channels[key].id)
-        self.sizes = [len(messages[key]) for key in self.keys]
-        numbers = [channels[key].id for key in self.keys]
-        pairs = zip(self.sizes, numbers, strict=True)
-        extra, head = mcap.MESSAGE_FIELDS, struct.Struct("<BQH").pack
-        self.heads = [head(mcap.MESSAGE, extra + size, n) for size, n in pairs]
-        ends = (np.array(self.sizes, np.int64) + mcap.MESSAGE_HEAD.size).cumsum()
-        self.ids = np.array(numbers, np.int64)
-        #: where each begins, counted from the first
-        self.places = np.concatenate((NONE, [0], ends))[: len(ends)]
 
 
 class Index:

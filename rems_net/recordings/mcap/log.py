@@ -9,6 +9,9 @@ EVENTS = "rems/events"
 INFO, WARN = 20, 30
 #: place of the level in a message
 _LEVEL = 4 + struct.calcsize("<II")
+#: key and texts of the events of STOP and its release
+CLOCK = "clock"
+STOPPED, RELEASED = "STOP: every robot holds its safe command", "released"
 LOG = (
     "rcl_interfaces/msg/Log",
     f"""uint8 DEBUG=10

@@ -22,7 +22,13 @@ from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.manifest import Manifest, parsed
 from rems_net.recordings.mcap import records as mcap
-from rems_net.recordings.mcap.log import EVENTS, read_log
+from rems_net.recordings.mcap.log import (
+    CLOCK,
+    EVENTS,
+    RELEASED,
+    STOPPED,
+    read_log,
+)
 from rems_net.recordings.mcap.records import Channel, ChunkIndex
 from rems_net.recordings.mcap.scan import check_magic, is_whole, opened, scan
 from rems_net.recordings.mcap.writer import DERIVED, EXPERIMENT, SCHEMA
@@ -186,6 +192,17 @@ class McapFile:
             with self.readable():
                 for _, messages in self._messages(self.log.id):
                     yield from map(read_log, messages)
+
+    def holds(self) -> Iterator[tuple[int, bool]]:
+        """Yield the tick of each STOP, with True, and of each release, with False."""
+        if self._events is not None and self.told.dt:
+            with self.readable():
+                for times, messages in self._messages(self._events.id):
+                    for time, (key, text) in zip(
+                        times, map(read_log, messages), strict=True
+                    ):
+                        if key == CLOCK and text in (STOPPED, RELEASED):
+                            yield round(time / 1e9 / self.told.dt), text == STOPPED
 
     def messages(self, key: str) -> Iterator[tuple[list[int], list[bytes]]]:
         """Return log times [ns] and messages of a channel, chunk by chunk."""

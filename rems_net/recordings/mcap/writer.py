@@ -18,10 +18,11 @@ from zlib import crc32
 
 import numpy as np
 
-from rems_net.defdict import Schema, canonical, ros2msg, type_name
+from rems_net.defdict import Batch, Schema, canonical, ros2msg, type_name
 from rems_net.recordings.mcap import records as mcap
 from rems_net.recordings.mcap.derived import Derived
-from rems_net.recordings.mcap.index import NONE, Frame, Index
+from rems_net.recordings.mcap.frame import Frame
+from rems_net.recordings.mcap.index import NONE, Index
 from rems_net.recordings.mcap.records import Channel, ChunkIndex
 
 #: what the recording of a run is called, in its folder
@@ -65,7 +66,7 @@ class McapWriter:
         #: message indexes that are not in the file, behind its last chunk
         self.missing = b""
         self._file: IO[bytes] | None = None
-        self._frame = Frame({}, {})
+        self._frame = Frame({}, Batch())
         self._begin_chunk()
 
     @property
@@ -75,7 +76,7 @@ class McapWriter:
         return dict(zip(there.tolist(), self._counts[there].tolist(), strict=True))
 
     def _begin_chunk(self) -> None:
-        self._parts: list[bytes] = []
+        self._parts: list[bytes | bytearray] = []
         self._length = 0
         #: of each tick in it: its messages, its time [ns], and where they begin
         self._ticks: list[tuple[Frame, int, int]] = []
@@ -134,28 +135,21 @@ class McapWriter:
         self.channels[key] = one
         self._keep(mcap.channel(one))
 
-    def _keep(self, data: bytes) -> None:
+    def _keep(self, data: bytes | bytearray) -> None:
         self._parts.append(data)
         self._length += len(data)
 
     def add(self, n: int, time: int, messages: Mapping[str, bytes]) -> None:
         """Add the messages of tick n, at a time [ns], by the keys of their channels."""
-        if not messages:
+        batch = messages if isinstance(messages, Batch) else Batch(messages)
+        if not batch and not batch.rows:
             return
         if self._ticks and time // SECOND != self._ticks[0][1] // SECOND:
             self.end_chunk()
-        frame = self._frame
-        if messages.keys() != frame.there:
-            frame = Frame(self.channels, messages)
-        data = [messages[key] for key in frame.keys]
-        if (sizes := list(map(len, data))) != frame.sizes:
-            frame = Frame(self.channels, messages)
-        self._frame = frame
-        # Sequence, log time and publish time are the same in all of them.
-        parts = [struct.pack("<IQQ", n & 0xFFFFFFFF, time, time)] * (3 * len(sizes))
-        parts[::3], parts[2::3] = frame.heads, data
-        self._ticks.append((frame, time, self._length))
-        self._keep(b"".join(parts))
+        if not self._frame.fits(batch):
+            self._frame = Frame(self.channels, batch)
+        self._ticks.append((self._frame, time, self._length))
+        self._keep(self._frame.filled(n, time, batch))
 
     def end_tick(self) -> None:
         """Close the chunk if it is full."""

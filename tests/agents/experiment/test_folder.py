@@ -275,3 +275,26 @@ def test_files_that_no_output_names_are_found(tmp_path: Path) -> None:
     result = made.run(tmp_path, direct=True, show=Told())
     assert result.files == [tmp_path / "sim.csv", tmp_path / "run.mcap"]
     assert result.others == [tmp_path / "more", tmp_path / "notes.txt"]
+
+
+class Failing(Output):
+    """Writes a file that it did not announce, and fails."""
+
+    robots = In(source="robot/*/*")
+
+    def write(self, tick: Tick) -> None:
+        (self.out / "early.txt").write_text("1", encoding="utf-8")
+        raise ValueError("no more")
+
+
+def test_a_run_that_failed_lists_what_was_written(here: Path) -> None:
+    made = lab()
+    made.plans["output/log"].classes[0] = Failing
+    (here / "out").mkdir()
+    (here / "out" / "mine.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(AgentError):
+        made.run("out", show=Show(), direct=True)
+    about = json.loads((here / "out" / "run.json").read_text(encoding="utf-8"))
+    written = [name for name in names(here / "out") if name.endswith((".txt", "mcap"))]
+    assert about["files"] == [name for name in written if name != "mine.txt"]
+    assert "early.txt" in about["files"]

@@ -267,6 +267,7 @@ def _recorder(rebuilt: Rebuilt, comparison: Comparison) -> Plan:
         messages: dict[str, bytes] = {}
         for port in self.ins():
             some: Messages = self.__dict__[port]
+            some.spread()
             messages |= some
             some.clear()
         comparison.add(tick.n, messages)

@@ -13,7 +13,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan, class_names, each
 from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED, CALLS, verb_names
-from rems_net.engine.outside import Outside
+from rems_net.engine.outside import HOLD, PUT, Outside
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
@@ -159,7 +159,11 @@ class Rebuilt:
                 )
 
     def repeat(self) -> None:
-        """Let agents that are computed repeat the calls from outside."""
+        """Let agents that are computed repeat what came from outside."""
+        holds = [tuple(Outside(n - 1, HOLD, [on])) for n, on in self.file.holds()]
+        for robot in self.lab.plans.values():
+            if robot.kind == "robot" and robot.key not in self.played:
+                robot.again = [*robot.again, *holds]
         for key, text in self.file.events():
             one, plan = Outside.read(text), self.lab.plans.get(key)
             if one is not None and plan is not None and key not in self.played:
@@ -182,7 +186,7 @@ class Rebuilt:
                     f"{where}, with arguments that no recording holds ({one.lost}): it "
                     "is not repeated, and what follows may differ."
                 )
-            elif one.verb not in verb_names(type(agents[key])):
+            elif one.verb != PUT and one.verb not in verb_names(type(agents[key])):
                 yield f"{where}, and there is no such verb here: it is not repeated."
 
     def differing(self, agents: Mapping[str, Agent]) -> Iterator[str]:
