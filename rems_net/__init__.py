@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         UnreachableError,
         WireError,
     )
+    from rems_net.identification.recorded import identify
     from rems_net.maths import atan2, cos, exp, hypot, log, sin, sincos, tan
     from rems_net.recordings.recording import read
     from rems_net.robots.create2 import Create2
@@ -73,6 +74,7 @@ _HOMES = {
         "FabricError FieldValueError MissingPartError RemsError SchemaError "
         "UnitError UnknownFieldError UnreachableError WireError"
     ),
+    "rems_net.identification.recorded": "identify",
     "rems_net.maths": "atan2 cos exp hypot log sin sincos tan",
     "rems_net.recordings.recording": "read",
     "rems_net.robots.create2": "Create2",
@@ -136,6 +138,7 @@ __all__ = [
     "cos",
     "exp",
     "hypot",
+    "identify",
     "join",
     "load",
     "log",

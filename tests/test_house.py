@@ -85,6 +85,7 @@ ROOMS: dict[str, set[str]] = {
     "inputs": WORDS,
     "outputs": WORDS,
     "client": BASE | {"router", "agents", "agents/protocol", "engine", "teleop"},
+    "identification": WORDS | {"drivers", "drivers/kinematic"},
     # Optional; its library is in its own extra.
     "dashboard": BASE
     | {"router", "bodies", "scenes", "recordings", "agents", "agents/protocol"}
@@ -101,6 +102,7 @@ ROOMS: dict[str, set[str]] = {
     | {
         "client",
         "dashboard",
+        "identification",
         "firmware",
         "cable",
         "emulators",

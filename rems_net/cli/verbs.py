@@ -29,6 +29,7 @@ MORE = {
         "export": "write a recording as CSV or Parquet files",
         "replay": "play a recording on a fabric",
         "animate": "make a film of a run that is over",
+        "identify": "find a robot's parameters from how it drove",
         "repair": "give a recording its end after a power cut",
     },
     "rems": {

@@ -43,7 +43,7 @@ class Swarm:
     def __init__(self, robots: Sequence[Model]):
         self.robots = robots
         self.first = robots[0]
-        self.integration = Integration(self.first, _ahead)
+        self.integration = Integration(self.first, ahead)
         self.state = self.first.state.schema
         self.command = self.first.command.schema
         self._limits: dict[str, tuple[Floats, Floats]] = {
@@ -82,7 +82,7 @@ class Swarm:
         for _ in range(integration.count):
             mean = integration.mean(state, command, h)
             gone = first.advanced(state, command, h) if first.advanced else None
-            state = _ahead(state, mean, h)
+            state = ahead(state, mean, h)
             if gone:
                 state = Columns({**state, **gone})
         self._scatter("state", state, tick.dt)
@@ -150,7 +150,7 @@ def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
     return Columns(zip(schema.paths, columns, strict=True))
 
 
-def _ahead(state: Columns, rates: Mapping[str, Any], h: float) -> Columns:
+def ahead(state: Columns, rates: Mapping[str, Any], h: float) -> Columns:
     return Columns(state | {path: state[path] + h * r for path, r in rates.items()})
 
 

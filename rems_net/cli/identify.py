@@ -1,0 +1,84 @@
+"""`rems identify DIR --robot ROBOT`: a robot's parameters from how it drove."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from rems_net.cli.words import add_like, add_run, console, recording_of
+from rems_net.errors import ExperimentError
+
+EXAMPLES = """\
+examples:
+  rems identify --robot real                  from the newest run
+  rems identify runs/monday --robot real --check runs/tuesday
+  rems identify runs/demo --robot mujoco --fit track,max_wheel_speed
+  rems identify lab.csv --like woodbot-class --definition woodbot \\
+      --set track="100 mm" --set max_wheel_speed="6.8 rad/s"
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rems identify`."""
+    add_run(parser)
+    add_like(parser)
+    parser.add_argument("--robot", metavar="ROBOT", default="", help="which robot")
+    parser.add_argument(
+        "--definition",
+        metavar="DEFINITION",
+        default="",
+        help="its definition, if the recording does not name one: woodbot, my.py:Cart",
+    )
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="sets",
+        help="a parameter as it was in the recording, if that does not have it",
+    )
+    parser.add_argument(
+        "--fit",
+        metavar="NAME,NAME",
+        default="",
+        help="the parameters to identify (all that have an effect)",
+    )
+    parser.add_argument(
+        "--check",
+        metavar="DIR",
+        type=Path,
+        help="another run of this robot, which is only predicted (else each half of "
+        "the run is predicted from the other half)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Identify, and print what was found."""
+    from rems_net.identification.recorded import identify
+    from rems_net.recordings.recording import read
+
+    found = identify(
+        recording_of(args),
+        args.robot,
+        definition=args.definition,
+        parameters=dict(map(_setting, args.sets)),
+        fit=[name for name in args.fit.replace(" ", "").split(",") if name],
+        check=read(args.check, like=args.like) if args.check else None,
+    )
+    out = console(args)
+    for line in found.lines():
+        out.print(line, soft_wrap=True)
+    return 0
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Return name and value of NAME=VALUE; the value is a number or a text."""
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ExperimentError(
+            f"--set {text} has no value; write it as --set {text}=VALUE, such as "
+            '--set track="100 mm". (R0904)'
+        )
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value

@@ -1,0 +1,1 @@
+"""Identification: parameters of a robot from recordings of how it drove."""

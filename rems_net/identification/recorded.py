@@ -1,0 +1,91 @@
+"""Recorded: identification of a robot in a recording, which may say what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rems_net.agents.parts import find
+from rems_net.agents.robot import Definition
+from rems_net.errors import ExperimentError, nearest, some
+from rems_net.identification.drive import Drive, drive_of
+from rems_net.identification.identify import identify as search
+from rems_net.identification.prediction import made
+from rems_net.identification.result import Identified
+
+if TYPE_CHECKING:
+    from rems_net.recordings.recording import Recording
+
+
+def identify(
+    recording: Recording,
+    robot: str = "",
+    *,
+    definition: type[Definition] | str = "",
+    parameters: Mapping[str, Any] | None = None,
+    fit: Sequence[str] = (),
+    check: Recording | None = None,
+) -> Identified:
+    """Find parameters of a robot from how it drove; `print(...)` shows a report.
+
+    definition, parameters: as they were, if the recording does not say so.
+    fit: names of the parameters; all that have an effect, if empty.
+    check: another recording, which is only predicted; without it, each half is
+    predicted from the other. Raises ExperimentError.
+
+    found = rems_net.identify(rems_net.read("runs/demo"), "mujoco")
+    """
+    name = _name(recording, robot)
+    cls, stated = _definition(recording, name, definition)
+    stated |= parameters or {}
+    drive = _drive(recording, name, cls, stated)
+    checks = [] if check is None else [_drive(check, name, cls, stated)]
+    return search([drive], cls, parameters=stated, names=fit, check=checks)
+
+
+def _name(recording: Recording, asked: str) -> str:
+    names = [*recording]
+    if asked and asked not in names:
+        raise ExperimentError(
+            f"{asked} is not in the recording; it has {some(names)}."
+            f"{nearest(asked, names)} (R0865)"
+        )
+    if not asked and len(names) != 1:
+        raise ExperimentError(
+            f"this recording has several robots, {some(names)}; choose one: --robot "
+            f"{names[-1]} (R0865)"
+        )
+    return asked or names[0]
+
+
+def _definition(
+    recording: Recording, name: str, given: type[Definition] | str
+) -> tuple[type[Definition], dict[str, Any]]:
+    """Return the robot's definition, and the parameters that the recording states."""
+    plans = recording.manifest().agents.get("robot", ())
+    plan = next((dict(one) for one in plans if one.get("name") == name), {})
+    stated = dict(plan.get("parameters") or {})
+    if isinstance(given, type):
+        return given, stated
+    reference = given or plan.get("definition", "")
+    if not reference:
+        raise ExperimentError(
+            f"the recording does not say what {name} is; name its definition: "
+            "--definition woodbot (R0865)"
+        )
+    found = find("definition", reference, Path.cwd())
+    assert issubclass(found, Definition)
+    return found, stated
+
+
+def _drive(
+    recording: Recording,
+    name: str,
+    definition: type[Definition],
+    parameters: Mapping[str, Any],
+) -> Drive:
+    names = [*recording]
+    # A file of another program is the robot's name, and each file has its own.
+    name = names[0] if name not in names and len(names) == 1 else name
+    return drive_of(recording[name], made(definition, parameters))

@@ -1,0 +1,98 @@
+"""Result: what an identification found, with units and intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Parameter:
+    """One parameter: what it was, what fits, and what is known of it.
+
+    before, value: in `unit`      half: half the width of its 95 % interval
+    adopted: whether it predicts an unused part better      why: if not adopted
+    """
+
+    name: str
+    unit: str
+    before: float
+    value: float
+    half: float = 0.0
+    adopted: bool = False
+    why: str = ""
+
+    def text(self, value: float) -> str:
+        """Return a value with the unit."""
+        return f"{value:.4g} {self.unit}".strip()
+
+
+@dataclass
+class Identified:
+    """The result of an identification. Printed, it is a report.
+
+    name: of the robot      rows: number      length: s, of its recording
+    parameters: all that were tried
+    before, after: by field of the state, RMS error of free runs over parts that were
+    not used, with the parameters as they were, and with those that were adopted
+    units: of these fields      seconds: mean length of these parts
+    error: by field, RMS error of predictions over 2 s of what was used
+    segments: number of these predictions      notes: sentences about the recordings
+    """
+
+    name: str
+    rows: int
+    length: float
+    parameters: list[Parameter]
+    before: dict[str, float]
+    after: dict[str, float]
+    units: dict[str, str]
+    seconds: float
+    error: dict[str, float]
+    segments: int
+    notes: list[str] = field(default_factory=list)
+
+    def adopted(self) -> dict[str, str]:
+        """Return the adopted parameters as texts with units, for an experiment."""
+        return {
+            one.name: f"{one.value:.5g} {one.unit}".strip()
+            for one in self.parameters
+            if one.adopted
+        }
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """Return the report, line by line."""
+        lines = [f"{self.name}: {self.length:.1f} s, {self.rows} rows"]
+        rows = [("parameter", "was", "is", "95 % interval")]
+        for one in self.parameters:
+            if one.adopted:
+                low, high = one.value - one.half, one.value + one.half
+                between = f"{low:.4g} to {high:.4g}"
+                rows.append(
+                    (one.name, one.text(one.before), one.text(one.value), between)
+                )
+        wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for first, *rest in rows if len(rows) > 1 else ():
+            cells = map(str.rjust, rest, wide[1:])
+            lines.append("  ".join([first.ljust(wide[0]), *cells]))
+        for one in self.parameters:
+            if not one.adopted:
+                lines.append(f"{one.name} stays {one.text(one.before)}: {one.why}.")
+        for path, unit in self.units.items():
+            if path in self.before:
+                after = f"{self.after[path]:.3g} {unit}".strip()
+                before = f"{self.before[path]:.3g} {unit}".strip()
+                lines.append(
+                    f"{path} over {self.seconds:.1f} s that were not used: predicted "
+                    f"to {after} RMS, {before} before."
+                )
+        lines += [f"Note: {note}." for note in self.notes]
+        if taken := self.adopted():
+            words = ", ".join(f'{name} = "{value}"' for name, value in taken.items())
+            lines.append("Write this to the robot in the experiment's file:")
+            lines.append(f"  parameters = {{ {words} }}")
+        else:
+            lines.append("The parameters as they are predict best; change nothing.")
+        return lines
