@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: Rows. Fewer say nothing about a parameter.
+#: Rows. Fewer show nothing of a parameter.
 LEAST = 20
 
 

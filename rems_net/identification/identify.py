@@ -1,4 +1,4 @@
-"""Identify: which parameters a recording tells, and how much better it then predicts.
+"""Identify: which parameters fit a recording, and how much better it is then predicted.
 
 A parameter is adopted only if a part of the drive that was not used is predicted better
 with it.
@@ -149,7 +149,7 @@ class _Search:
             size = float(np.sqrt((model**2).sum() * (real**2).sum()))
             if path == "heading" and size and float((model * real).sum()) < -0.7 * size:
                 raise ExperimentError(
-                    f"{path!r} turns the other way than the command says. Exchange "
+                    f"{path!r} turns the other way than its command. Exchange "
                     "the left and the right motor, or turn the sign of what measures "
                     f"{path!r}; a wrong sign is not fitted. (R0864)"
                 )
@@ -197,7 +197,7 @@ class _Search:
     def _visible(
         self, names: list[str], *, asked: bool
     ) -> tuple[list[str], dict[str, str]]:
-        """Return the names that can be told apart, and why the others cannot."""
+        """Return the names that can be separated, and why the others cannot."""
         names, blind = list(names), {}
         while len(names) > 1:
             ways = self._fit(self.drives, names).blind

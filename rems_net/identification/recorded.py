@@ -1,4 +1,4 @@
-"""Recorded: identification of a robot in a recording, which may say what it is."""
+"""Recorded: identification of a robot in a recording, which may name its definition."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def identify(
 ) -> Identified:
     """Find parameters of a robot from how it drove; `print(...)` shows a report.
 
-    definition, parameters: as they were, if the recording does not say so.
+    definition, parameters: as they were, if the recording does not have them.
     fit: names of the parameters; all that have an effect, if empty.
     check: another recording, which is only predicted; without it, each half is
     predicted from the other. Raises ExperimentError.
@@ -71,7 +71,7 @@ def _definition(
     reference = given or plan.get("definition", "")
     if not reference:
         raise ExperimentError(
-            f"the recording does not say what {name} is; name its definition: "
+            f"the recording does not have the definition of {name}; name it: "
             "--definition woodbot (R0865)"
         )
     found = find("definition", reference, Path.cwd())

@@ -42,7 +42,7 @@ class Swing(Input):
         return {"arm/joint/2": 0.5 * sin(tick.t), "arm/speed": 1.0}
 
 lab = Experiment("room", dt=0.02, duration="600 s", pace=1)
-lab.world("room", mjcf="room.xml")
+lab.world("room", options={"mjcf": "room.xml"})
 lab.input("ahead", Ahead, host="lab")
 lab.input("swing", Swing, host="lab")
 lab.robot("bot", "woodbot", "mujoco", world="room", command="input/ahead")

@@ -108,7 +108,10 @@ def test_a_slider_changes_a_setting_and_a_rerun_knows(lab: Lab, tab: Browser) ->
     tab.until("document.querySelector('#log').innerText.includes('factor')")
     tab.key(" ", "Space", " ")  # STOP, also while a slider has the focus
     tab.until(f"{LIGHTS}.includes('STOP holds')")
-    tab.click("document.querySelector('#release')", hold=1.3)
+    tab.click(
+        "document.querySelector('#release')",
+        hold="document.querySelector('#release').hidden",
+    )
     tab.until("document.querySelector('#release').hidden")
 
 

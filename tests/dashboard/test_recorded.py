@@ -153,7 +153,7 @@ def test_a_damaged_part_is_a_sentence(tmp_path: Path) -> None:
 def test_a_place_is_drawn_without_the_run(tmp_path: Path) -> None:
     lab = Experiment("hall", dt=0.05, duration=0.2)
     crate = {"name": "crate", "size": [0.1, 0.1, 0.1], "x": 0.5, "mass": 0.1}
-    lab.world("hall", size=[2.0, 1.0], boxes=[crate])
+    lab.world("hall", options={"size": [2.0, 1.0], "boxes": [crate]})
     lab.robot("bot", "woodbot", "kinematic", world="hall")
     lab.world("ring")
     lab.robot("sim", "woodbot", "kinematic", world="ring")

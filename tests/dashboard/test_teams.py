@@ -122,8 +122,10 @@ def test_a_teacher_sees_all_teams_and_stops_one(school: Class, tab: Browser) -> 
     tab.until(f"{tile('team1')}.includes('stopped')")
     tab.until("document.querySelector('#log').innerText.includes('robot/sim stands')")
     assert not tab.run(f"{row('rems')}.stopped")
-    tab.click("rems.teams.tiles.get('team1').release", hold=1.3)
-    tab.until(f"{tile('team1')}.includes('running')")
+    tab.click(
+        "rems.teams.tiles.get('team1').release",
+        hold=f"{tile('team1')}.includes('running')",
+    )
 
 
 def test_a_click_opens_the_page_of_a_team(school: Class, tab: Browser) -> None:
@@ -136,8 +138,10 @@ def test_a_click_opens_the_page_of_a_team(school: Class, tab: Browser) -> None:
     assert tab.run("document.querySelector('#teams').hidden")
     tab.click("document.querySelector('#stop')")  # of this fabric alone
     tab.until(f"{row('team1')}?.stopped === true && {row('rems')}.stopped === false")
-    tab.click("document.querySelector('#release')", hold=1.3)
-    tab.until("document.querySelector('#release').hidden")
+    tab.click(
+        "document.querySelector('#release')",
+        hold="document.querySelector('#release').hidden",
+    )
 
 
 def test_all_are_stopped_by_keys_alone(school: Class, tab: Browser) -> None:
@@ -146,8 +150,10 @@ def test_all_are_stopped_by_keys_alone(school: Class, tab: Browser) -> None:
     tab.run("document.querySelector('#team-tools button').focus()")
     tab.key("Enter", "Enter", "\r")
     tab.until(f"{row('team1')}.stopped && {row('rems')}.stopped")
-    tab.click("document.querySelectorAll('#team-tools button')[1]", hold=1.3)
-    tab.until(f"!{row('team1')}.stopped && !{row('rems')}.stopped")
+    tab.click(
+        "document.querySelectorAll('#team-tools button')[1]",
+        hold=f"!{row('team1')}.stopped && !{row('rems')}.stopped",
+    )
     assert tab.errors == []
 
 

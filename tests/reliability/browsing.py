@@ -85,7 +85,7 @@ class Scene:
 
     def ready(self) -> Browser:
         """Return a page that drives the robot; open what was closed or killed."""
-        if self.lab.page.poll() is not None:
+        if self.lab.served.poll() is not None:
             self.lab.serve()
             self.close_tab()
         if self.base is None or self.base.process.poll() is not None:
@@ -131,7 +131,7 @@ class Scene:
 class Room(Lab):
     """A run of one robot; its page can be killed and served again."""
 
-    page: subprocess.Popen[str]
+    served: subprocess.Popen[str]
 
     def _begin(self, folder: Path) -> str:
         (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
@@ -142,7 +142,7 @@ class Room(Lab):
     def serve(self) -> str:
         """Serve the page; return its link."""
         page = self.start("dashboard", "--no-qr", stdout=subprocess.PIPE)
-        self.page = page
+        self.served = page
         self._started.append(page)
         assert page.stdout is not None
         found = (re.search(r"http://\S+", line) for line in page.stdout)

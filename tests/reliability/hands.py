@@ -60,11 +60,11 @@ def _go_on(scene: Scene) -> None:
 
 
 def _kill_page(scene: Scene, _: Browser) -> None:
-    scene.lab.page.kill()
+    scene.lab.served.kill()
 
 
 def _wait_for_page(scene: Scene) -> None:
-    scene.lab.page.wait()
+    scene.lab.served.wait()
 
 
 def _wait_for_browser(scene: Scene) -> None:

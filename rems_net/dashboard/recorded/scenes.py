@@ -39,7 +39,7 @@ def scenes_of(told: Manifest, folder: Path) -> dict[str, dict[str, Any]]:
         found[f"robot/{name}"] = scene
     for table in told.agents.get("world", ())[:MOST]:
         key = f"world/{table.get('name')}"
-        if len(table) > 1:
+        if table.get("options"):
             found[key] = _world(table, told, folder)
         else:  # without settings it is the arena of its robots
             found[key] = arenas.get(key, {})
@@ -71,9 +71,8 @@ def _noted(start: Start) -> dict[str, Any]:
 
 def _world(table: Table, told: Manifest, folder: Path) -> dict[str, Any]:
     name = str(table.get("name"))
-    options = {word: value for word, value in table.items() if word != "name"}
     with suppress(Exception):  # any file can name any settings
-        world = World(name, options=options, folder=folder)
+        world = World(name, options=table.get("options"), folder=folder)
         world.prepare()
         return scene_of(world)
     noted = told.worlds.get(name, {})

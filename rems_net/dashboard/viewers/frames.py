@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rems_net.defdict import Schema
+from rems_net.defdict import Batch, Schema
 from rems_net.recordings.mcap.derived import POSES, TF, Poses, has_pose
 from rems_net.router.publisher import Watch
 
@@ -37,4 +37,4 @@ class Frames:
 
     def message(self, states: Mapping[str, bytes], t: int) -> bytes:
         """Return the poses of these states in CDR, by key. t: time [ns]."""
-        return self._poses(states, t)
+        return self._poses(Batch(states), t)

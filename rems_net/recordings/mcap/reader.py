@@ -195,9 +195,9 @@ class McapFile:
 
     def holds(self) -> Iterator[tuple[int, bool]]:
         """Yield the tick of each STOP, with True, and of each release, with False."""
-        if self._events is not None and self.told.dt:
+        if self.log is not None and self.told.dt:
             with self.readable():
-                for times, messages in self._messages(self._events.id):
+                for times, messages in self._messages(self.log.id):
                     for time, (key, text) in zip(
                         times, map(read_log, messages), strict=True
                     ):
