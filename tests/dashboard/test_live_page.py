@@ -218,6 +218,8 @@ def test_it_names_the_line_that_holds_the_tick(lab: Lab, tab: Browser) -> None:
 
 def test_what_was_changed_is_in_the_recording(lab: Lab, tab: Browser) -> None:
     """The last one of this file: it ends the run."""
+    tab.run("rems.bar.ask('adjust', {agent: 'input/swing', values: {gain: 0}})")
+    tab.until("rems.store.ports.get('input/swing/value').number('speed') === 0.1")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_RUNTIME_DIR", str(lab.folder / "rt"))
         with join() as fabric:
