@@ -89,7 +89,7 @@ class _Search:
                 "these recordings show; drive farther, and in curves. (R0860)"
             )
         self._find_model(tried)
-        tried, blind = self._visible(tried, asked=bool(names))
+        tried, blind = self._visible(tried)
         self.plain = before = self._unseen([])
         adopted, after = self._adopt(tried)
         best = self._fit(self.drives, adopted)
@@ -194,9 +194,7 @@ class _Search:
         else:
             self.predictor.euler = False
 
-    def _visible(
-        self, names: list[str], *, asked: bool
-    ) -> tuple[list[str], dict[str, str]]:
+    def _visible(self, names: list[str]) -> tuple[list[str], dict[str, str]]:
         """Return the names that can be separated, and why the others cannot."""
         names, blind = list(names), {}
         while len(names) > 1:
