@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,12 @@ def limits(schema: Schema) -> dict[str, float]:
     return found
 
 
+def settled(columns: Columns) -> NDArray[np.intp]:
+    """Return the rows that count: from where the robot stands on its wheels."""
+    begin = columns.settled if columns.settled is not None else -np.inf
+    return np.flatnonzero(np.asarray(columns.seconds(), float) >= begin)
+
+
 def drive_of(columns: Columns, definition: Robot) -> Drive:
     """Return the drive in a robot's columns, for this definition.
 
@@ -67,8 +73,7 @@ def drive_of(columns: Columns, definition: Robot) -> Drive:
     the whole state is missing, or if there are too few rows.
     """
     time = np.asarray(columns.seconds(), float)
-    settled = columns.settled if columns.settled is not None else -np.inf
-    rows = np.flatnonzero(time >= settled)
+    rows = settled(columns)
     if len(rows) < LEAST:
         raise ExperimentError(
             f"{columns.name} has {len(rows)} rows; expected at least {LEAST}, which is "
@@ -86,11 +91,11 @@ def drive_of(columns: Columns, definition: Robot) -> Drive:
             f"the state of {type(definition).__name__}. It has {some(columns)}. (R0861)"
         )
     command = {
-        path: _plain(columns, f"command/{path}", one.unit, most[path])[rows]
+        path: share(columns, f"command/{path}", one.unit, most[path])[rows]
         for path, one in commanded.rows()
     }
     found = {
-        path: _plain(columns, f"state/{path}", one.unit, 1.0)[rows]
+        path: share(columns, f"state/{path}", one.unit, 1.0)[rows]
         for path, one in schemas["state"].rows()
         if path in state
     }
@@ -103,7 +108,7 @@ def drive_of(columns: Columns, definition: Robot) -> Drive:
     return Drive(columns.name, time[rows], command, found)
 
 
-def _plain(columns: Columns, name: str, unit: str, limit: float) -> Floats:
+def share(columns: Columns, name: str, unit: str, limit: float) -> Floats:
     """Return a column in `unit`, divided by `limit`; percent are a share already."""
     values = np.asarray(columns.plain(name), float)
     given = columns.unit(name)
@@ -116,8 +121,3 @@ def _factor(given: str, unit: str) -> float:
     if given == unit or not given:
         return 1.0
     return float(parse_quantity(f"1 {given}", unit))
-
-
-def spans(time: Floats) -> Any:
-    """Return how long each row's step took, s; the first row's is not used."""
-    return np.diff(time, prepend=time[0])

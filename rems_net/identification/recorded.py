@@ -11,6 +11,7 @@ from rems_net.agents.robot import Definition
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.identification.drive import Drive, drive_of
 from rems_net.identification.identify import identify as search
+from rems_net.identification.noise import noise_of
 from rems_net.identification.prediction import made
 from rems_net.identification.result import Identified
 
@@ -41,7 +42,10 @@ def identify(
     stated |= parameters or {}
     drive = _drive(recording, name, cls, stated)
     checks = [] if check is None else [_drive(check, name, cls, stated)]
-    return search([drive], cls, parameters=stated, names=fit, check=checks)
+    found = search([drive], cls, parameters=stated, names=fit, check=checks)
+    best = made(cls, {**stated, **found.adopted()})
+    found.noise = noise_of(recording[drive.name], best)
+    return found
 
 
 def _name(recording: Recording, asked: str) -> str:

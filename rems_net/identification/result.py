@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from rems_net.identification.noise import SensorNoise
+
 
 @dataclass
 class Parameter:
@@ -37,6 +39,7 @@ class Identified:
     units: of these fields      seconds: mean length of these parts
     error: by field, RMS error of predictions over 2 s of what was used
     segments: number of these predictions      notes: sentences about the recordings
+    noise: of the sensors, against what the definition computes from the state
     """
 
     name: str
@@ -50,6 +53,7 @@ class Identified:
     error: dict[str, float]
     segments: int
     notes: list[str] = field(default_factory=list)
+    noise: list[SensorNoise] = field(default_factory=list)
 
     def adopted(self) -> dict[str, str]:
         """Return the adopted parameters as texts with units, for an experiment."""
@@ -89,6 +93,7 @@ class Identified:
                     f"to {after} RMS, {before} before."
                 )
         lines += [f"Note: {note}." for note in self.notes]
+        lines += map(str, self.noise)
         if taken := self.adopted():
             words = ", ".join(f'{name} = "{value}"' for name, value in taken.items())
             lines.append("Write this to the robot in the experiment's file:")
