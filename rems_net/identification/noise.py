@@ -1,7 +1,7 @@
 """Noise: how far each sensor of a recording is from what its robot's place means.
 
-The definition's `measure` computes the true value from the recorded state. What is left
-over is noise if the state itself is exact, as in a simulation or under a camera.
+The definition's `measure` computes the true value from the recorded state. The rest
+is noise if the state itself is exact, as in a simulation or under a camera.
 """
 
 from __future__ import annotations
