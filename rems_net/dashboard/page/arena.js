@@ -1,12 +1,12 @@
 // The arena from above: walls, things, robots at their poses, trails and rays.
 
-import { Deep } from "./deep.js";
-import { button, by, colour, pen, series, write } from "./dom.js";
+import { Deep, RADIUS, WALL } from "./deep.js";
+import { button, by, colour, fill, pen, series, stroke, text, write } from "./dom.js";
 import { compare } from "./tree.js";
-import { factor, nice } from "./units.js";
+import { factor, multiples, nice } from "./units.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").Port} Port */
-/** @typedef {[number, number]} Point */
+/** @typedef {[number, number]} Point @typedef {CanvasRenderingContext2D} Pen @typedef {(point: Point) => Point} At from m to pixels */
 /** @typedef {{x: number, y: number, heading: number, z?: number, pitch?: number, roll?: number}} Pose m and rad */
 /**
  * @typedef {object} Solid one shape, and its pose in the frame of its owner
@@ -16,17 +16,14 @@ import { factor, nice } from "./units.js";
  */
 /**
  * @typedef {object} Scene what an agent says about its place
- * @property {number} [radius] of a round wall, m
- * @property {number} [height] of a round wall, or of a robot's origin, m
+ * @property {number} [radius] of a round wall, m @property {number} [height] of a round wall, or of a robot's origin, m
  * @property {boolean} [flat] whether the view from above shows it well
  * @property {{outline: Point[], solids?: Solid[]}[]} [walls]
  * @property {{name: string, outline: Point[], solids?: Solid[], at: number[], heading: number, pitch?: number, roll?: number, colour: number[]}[]} [things]
- * @property {Point[]} [outline] of a robot, about its origin, m
- * @property {Solid[]} [solids] @property {import("./body.js").Link[]} [links] @property {import("./body.js").Loop[]} [loops]
+ * @property {Point[]} [outline] of a robot, about its origin, m @property {Solid[]} [solids] @property {import("./body.js").Link[]} [links] @property {import("./body.js").Loop[]} [loops]
  * @property {{corners: number[], faces: number[]}[]} [meshes]
  * @property {{name: string, at: number[], direction: number[], reach: number}[]} [rays]
- * @property {number[]} [place] of a robot that is bolted down
- * @property {string} [made_of]
+ * @property {number[]} [place] of a robot that is bolted down @property {string} [made_of]
  * @property {string} [ghost] of a second recording: the agent of which it is the ghost
  * @property {Scene} [arena] of a robot that is alone
  */
@@ -36,18 +33,13 @@ const TRAIL = 20;
 const POINTS = 600;
 /** Robots of which names and trails are drawn; more would only be a blot. */
 const NAMED = 60;
-/** m. Thickness of a round wall. */
-const WALL = 0.01;
-/** m. Radius of a robot whose outline is not known. */
-const RADIUS = 0.05;
 
 export class Arena {
   /** @param {Store} store */
   constructor(store) {
     this.store = store;
     this.canvas = /** @type {HTMLCanvasElement} */ (by("arena-canvas"));
-    /** @type {Record<string, Scene>} */
-    this.scenes = {};
+    this.scenes = /** @type {Record<string, Scene>} */ ({});
     /** pixels per metre, and the point in the middle; null: everything fits */
     this.view = /** @type {{scale: number, x: number, y: number} | null} */ (null);
     this.now = { scale: 100, x: 0, y: 0 };
@@ -102,8 +94,8 @@ export class Arena {
       const step = 40;
       const moves = /** @type {Record<string, Point>} */ ({ ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] });
       if (event.key in moves) this.move(...moves[event.key], !event.shiftKey);
-      else if (event.key === "+") this.zoom(1.25, canvas.clientWidth / 2, canvas.clientHeight / 2);
-      else if (event.key === "-") this.zoom(0.8, canvas.clientWidth / 2, canvas.clientHeight / 2);
+      else if (event.key === "+") this.zoom(1.25);
+      else if (event.key === "-") this.zoom(0.8);
       else if (event.key === "0") this.fit();
       else return;
       event.preventDefault();
@@ -116,8 +108,8 @@ export class Arena {
     this.deep.fit();
   }
 
-  /** @param {number} ratio @param {number} px @param {number} py */
-  zoom(ratio, px, py) {
+  /** @param {number} ratio @param {number} [px] @param {number} [py] the spot that stays */
+  zoom(ratio, px = this.canvas.clientWidth / 2, py = this.canvas.clientHeight / 2) {
     if (this.isDeep) return this.deep.zoom(ratio);
     const old = this.now;
     const scale = Math.min(1e5, Math.max(0.1, old.scale * ratio));
@@ -164,39 +156,35 @@ export class Arena {
         .map((corner) => place(/** @type {Point} */ (corner), pose))),
     ], width, height, this.now);
     const { scale, x, y } = this.now;
-    /** @param {Point} point @returns {Point} */
+    /** @type {At} */
     const at = ([px, py]) => [width / 2 + (px - x) * scale, height / 2 - (py - y) * scale];
     this.grid(on, width, height, at);
-    on.fillStyle = colour("--wall");
-    for (const wall of unique(walls)) polygon(on, wall.outline.map(at), true);
+    for (const wall of unique(walls)) fill(on, wall.outline.map(at), colour("--wall"));
+    Object.assign(on, { strokeStyle: colour("--wall"), lineWidth: WALL * scale });
     for (const radius of rings.keys()) {
       on.beginPath();
-      on.arc(...at([0, 0]), (radius + WALL) * scale, 0, 2 * Math.PI);
-      on.arc(...at([0, 0]), radius * scale, 0, 2 * Math.PI, true);
-      on.fill();
+      on.arc(...at([0, 0]), (radius + WALL / 2) * scale, 0, 2 * Math.PI);
+      on.stroke();
     }
     for (const thing of things) {
-      on.fillStyle = rgb(thing.colour);
-      polygon(on, thing.outline.map((corner) => at(place(corner, thing.pose))), true);
-      if (scale > 60) label(on, thing.name, at([thing.pose.x, thing.pose.y]), colour("--ink"));
+      fill(on, thing.outline.map((corner) => at(place(corner, thing.pose))), rgb(thing.colour));
+      if (scale > 60) label(on, thing.name, at([thing.pose.x, thing.pose.y]));
     }
     const few = robots.length <= NAMED;
     const ghosts = this.ghosts(robots);
     robots.forEach((robot, i) => {
       const of = robots.findIndex(({ port }) => port.agent === robot.scene.ghost);
       const ink = series(of < 0 ? i : of);
-      if (few && this.trails) this.trail(on, robot.port, ink, at);
+      if (few && this.trails) stroke(on, [trailOf(robot.port).map(at)], ink, { wide: 1.5, solid: 0.5 });
       if (few && this.rays) this.beams(on, robot, ink, at);
       this.robot(on, robot, ink, ghosts.has(robot.port.agent), at);
     });
-    if (few) {
-      for (const { port, pose } of robots) {
-        const [px, py] = at([pose.x, pose.y]);
-        label(on, port.agent.split("/")[1], [px, py - 14], colour("--ink"));
-      }
+    for (const { port, pose } of few ? robots : []) {
+      const [px, py] = at([pose.x, pose.y]);
+      label(on, port.agent.split("/")[1], [px, py - 14]);
     }
     if (!robots.length && !walls.length && !rings.size) {
-      label(on, "No robot here has a place on the floor.", [width / 2, height / 2], colour("--quiet"));
+      label(on, "No robot here has a place on the floor.", [width / 2, height / 2], "--quiet");
     }
     this.describe("from above", robots);
   }
@@ -221,7 +209,7 @@ export class Arena {
     });
     for (const { port, pose } of few ? robots : []) {
       const at = this.deep.project([pose.x, pose.y, pose.z ?? 0], width, height);
-      if (at) label(on, port.agent.split("/")[1], [at[0], at[1] + 16], colour("--ink"));
+      if (at) label(on, port.agent.split("/")[1], [at[0], at[1] + 16]);
     }
     this.describe("in 3-D", robots);
   }
@@ -262,111 +250,54 @@ export class Arena {
     return found;
   }
 
-  /**
-   * @param {CanvasRenderingContext2D} on @param {{pose: Pose, scene: Scene}} robot @param {string} ink
-   * @param {boolean} ghost @param {(point: Point) => Point} at
-   */
+  /** @param {Pen} on @param {{pose: Pose, scene: Scene}} robot @param {string} ink @param {boolean} ghost @param {At} at */
   robot(on, { pose, scene }, ink, ghost, at) {
     const outline = scene.outline?.length ? scene.outline : arrow(RADIUS);
-    on.lineWidth = 2;
-    on.strokeStyle = on.fillStyle = ink;
-    on.globalAlpha = ghost ? 0.15 : 0.55;
-    polygon(on, outline.map((corner) => at(place(corner, pose))), true);
-    on.globalAlpha = 1;
-    on.setLineDash(ghost ? [5, 3] : []);
-    polygon(on, outline.map((corner) => at(place(corner, pose))), false);
-    on.setLineDash([]);
+    const corners = outline.map((corner) => at(place(corner, pose)));
+    fill(on, corners, ink, ghost ? 0.15 : 0.55);
+    stroke(on, [[...corners, corners[0]]], ink, { wide: 2, dash: ghost ? [5, 3] : [] });
     const ahead = Math.max(...outline.map((corner) => corner[0]), 0.01);
     const from = at([pose.x, pose.y]);
     const to = at(place([ahead, 0], pose));
     const long = Math.hypot(to[0] - from[0], to[1] - from[1]) || 1;
     const least = Math.max(1, 8 / long);
-    on.beginPath();
-    on.moveTo(...from);
-    on.lineTo(from[0] + (to[0] - from[0]) * least, from[1] + (to[1] - from[1]) * least);
-    on.stroke();
+    stroke(on, [[from, [from[0] + (to[0] - from[0]) * least, from[1] + (to[1] - from[1]) * least]]], ink, { wide: 2 });
   }
 
-  /** @param {CanvasRenderingContext2D} on @param {Port} port @param {string} ink @param {(point: Point) => Point} at */
-  trail(on, port, ink, at) {
-    on.strokeStyle = ink;
-    on.lineWidth = 1.5;
-    on.globalAlpha = 0.5;
-    on.beginPath();
-    for (const place of trailOf(port)) on.lineTo(...at(place));
-    on.stroke();
-    on.globalAlpha = 1;
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} on @param {{port: Port, pose: Pose, scene: Scene}} robot
-   * @param {string} ink @param {(point: Point) => Point} at
-   */
+  /** @param {Pen} on @param {{port: Port, pose: Pose, scene: Scene}} robot @param {string} ink @param {At} at */
   beams(on, robot, ink, at) {
-    on.strokeStyle = ink;
-    on.lineWidth = 1;
-    on.globalAlpha = 0.6;
-    const { pose } = robot;
     for (const { ray, far } of this.seen(robot)) {
+      const [x, y] = ray.at;
       const [dx, dy] = ray.direction;
-      const end = at(place([ray.at[0] + dx * far, ray.at[1] + dy * far], pose));
-      on.setLineDash(far < ray.reach ? [] : [2, 4]);
-      on.beginPath();
-      on.moveTo(...at(place([ray.at[0], ray.at[1]], pose)));
-      on.lineTo(...end);
-      on.stroke();
+      const [begin, end] = [at(place([x, y], robot.pose)), at(place([x + dx * far, y + dy * far], robot.pose))];
+      stroke(on, [[begin, end]], ink, { solid: 0.6, dash: far < ray.reach ? [] : [2, 4] });
       if (far < ray.reach) on.strokeRect(end[0] - 1.5, end[1] - 1.5, 3, 3);
     }
-    on.setLineDash([]);
-    on.globalAlpha = 1;
   }
 
   /** What a robot's distance sensors measure now, m. @param {{port: Port, scene: Scene}} robot */
   seen({ port, scene }) {
     const sensors = this.store.ports.get(`${port.agent}/sensors`);
-    return (sensors && scene.rays ? scene.rays : []).map((ray) => {
-      const far = (sensors?.number(ray.name) ?? NaN) * factor(sensors?.row(ray.name)?.unit ?? "m", "m");
-      return { ray, far };
-    }).filter(({ far }) => Number.isFinite(far));
+    return (scene.rays ?? []).map((ray) => ({ ray, far: sensors?.as(ray.name, "m") ?? NaN })).filter(({ far }) => Number.isFinite(far));
   }
 
-  /** @param {CanvasRenderingContext2D} on @param {number} width @param {number} height @param {(point: Point) => Point} at */
+  /** @param {Pen} on @param {number} width @param {number} height @param {At} at */
   grid(on, width, height, at) {
     const { scale, x, y } = this.now;
     const step = nice(70 / scale);
-    on.strokeStyle = colour("--grid");
-    on.lineWidth = 1;
-    on.beginPath();
-    for (let n = Math.ceil((x - width / 2 / scale) / step); n * step < x + width / 2 / scale; n++) {
-      const [px] = at([n * step, 0]);
-      on.moveTo(px, 0);
-      on.lineTo(px, height);
-    }
-    for (let n = Math.ceil((y - height / 2 / scale) / step); n * step < y + height / 2 / scale; n++) {
-      const [, py] = at([0, n * step]);
-      on.moveTo(0, py);
-      on.lineTo(width, py);
-    }
-    on.stroke();
-    on.strokeStyle = on.fillStyle = colour("--quiet");
-    on.lineWidth = 2;
-    on.beginPath();
-    on.moveTo(12, height - 12);
-    on.lineTo(12 + step * scale, height - 12);
-    on.stroke();
-    on.font = "12px system-ui, sans-serif";
-    on.textAlign = "left";
-    on.fillText(step < 1 ? `${Number((step * 100).toPrecision(3))} cm` : `${step} m`, 14, height - 17);
+    const [wide, high] = [width / 2 / scale, height / 2 / scale];
+    const columns = multiples(step, x - wide, x + wide).map((v) => [at([v, y - high]), at([v, y + high])]);
+    const rows = multiples(step, y - high, y + high).map((v) => [at([x - wide, v]), at([x + wide, v])]);
+    stroke(on, [...columns, ...rows], colour("--grid"));
+    stroke(on, [[[12, height - 12], [12 + step * scale, height - 12]]], colour("--quiet"), { wide: 2 });
+    text(on, step < 1 ? `${Number((step * 100).toPrecision(3))} cm` : `${step} m`, [14, height - 17], colour("--quiet"), "left");
   }
 }
 
 /** @param {Port} port @param {Scene} scene @param {string} [prefix] @returns {Pose | null} */
 export function poseOf(port, scene, prefix = "") {
-  const of = (/** @type {string} */ path, /** @type {string} */ unit, /** @type {number | undefined} */ other) => {
-    const value = port.number(prefix + path);
-    const row = port.row(prefix + path);
-    return Number.isFinite(value) && row ? value * factor(row.unit, unit) : other;
-  };
+  const of = (/** @type {string} */ path, /** @type {string} */ unit, /** @type {number | undefined} */ other) =>
+    [port.as(prefix + path, unit), other].find(Number.isFinite);
   const x = of("x", "m", scene.place?.[0]);
   const y = of("y", "m", scene.place?.[1]);
   if (x === undefined || y === undefined) return null;
@@ -396,18 +327,12 @@ function arrow(r) {
   return [[r, 0], [-r * 0.7, r * 0.7], [-r * 0.4, 0], [-r * 0.7, -r * 0.7]];
 }
 
-/**
- * @param {Point[]} points @param {number} width @param {number} height
- * @param {{scale: number, x: number, y: number}} old
- */
+/** The view of all points. @param {Point[]} points @param {number} width @param {number} height @param {{scale: number, x: number, y: number}} old */
 function fit(points, width, height, old) {
   let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
-  for (const [x, y] of points) {
-    if (!Number.isFinite(x + y)) continue;
-    left = Math.min(left, x);
-    right = Math.max(right, x);
-    low = Math.min(low, y);
-    high = Math.max(high, y);
+  for (const [x, y] of points.filter((one) => one.every(Number.isFinite))) {
+    [left, right] = [Math.min(left, x), Math.max(right, x)];
+    [low, high] = [Math.min(low, y), Math.max(high, y)];
   }
   if (left > right) return { scale: 100, x: 0, y: 0 };
   const margin = 40;
@@ -424,24 +349,9 @@ function unique(walls) {
   return [...new Map(walls.map((wall) => [JSON.stringify(wall), wall])).values()];
 }
 
-/** @param {CanvasRenderingContext2D} on @param {Point[]} corners @param {boolean} filled */
-function polygon(on, corners, filled) {
-  on.beginPath();
-  for (const corner of corners) on.lineTo(...corner);
-  on.closePath();
-  if (filled) on.fill();
-  else on.stroke();
-}
-
-/** @param {CanvasRenderingContext2D} on @param {string} text @param {Point} at @param {string} ink */
-function label(on, text, [x, y], ink) {
-  on.font = "12px system-ui, sans-serif";
-  on.textAlign = "center";
-  on.lineWidth = 3;
-  on.strokeStyle = colour("--paper");
-  on.strokeText(text, x, y);
-  on.fillStyle = ink;
-  on.fillText(text, x, y);
+/** A text with a halo. @param {Pen} on @param {string} words @param {Point} at @param {string} [ink] */
+function label(on, words, at, ink = "--ink") {
+  text(on, words, at, colour(ink), "center", colour("--paper"));
 }
 
 /** @param {number[]} parts 0 to 1 */

@@ -1,11 +1,9 @@
 // The bar on top: lights, time, STOP and its release.
 
-import { button, by, listenHeld, make, select, write } from "./dom.js";
+import { button, by, held, make, paces, write } from "./dom.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./link.js").Link} Link */
 /** @typedef {Record<string, any>} Status */
-
-const PACES = ["0.1", "0.25", "0.5", "1", "2", "5", "fast"];
 
 export class Bar {
   /** @param {Store} store @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
@@ -13,10 +11,7 @@ export class Bar {
     this.store = store;
     this.link = link;
     this.say = say;
-    /** @type {Status} */
-    this.status = {};
-    /** @type {string[]} */
-    this.may = [];
+    this.status = /** @type {Status} */ ({});
     this.gone = "";
     /** whether the server has let this page in */
     this.known = false;
@@ -24,14 +19,14 @@ export class Bar {
     /** lights of a recording, in which nothing is stopped @type {(() => [string, string][]) | null} */
     this.recorded = null;
     this.stopButton = /** @type {HTMLButtonElement} */ (by("stop"));
-    this.releaseButton = /** @type {HTMLButtonElement} */ (by("release"));
+    this.releaseButton = held("hold to release", () => this.ask("release"));
+    this.releaseButton.id = "release";
+    this.stopButton.before(this.releaseButton);
     this.clock = make("span", { id: "clock" });
     this.pause = button("pause", () => this.ask(this.status.clock?.paused ? "resume" : "pause"), "stop time");
     this.step = button("step", () => this.ask("step", { count: 1 }), "make one tick");
-    this.pace = select("pace of the run", [["", "pace"], ...PACES.map((p) => /** @type {[string, string]} */ ([p, p === "fast" ? p : `${p} x`]))], (value) => {
-      if (value) this.ask("pace", { pace: value === "fast" ? value : Number(value) });
-      this.pace.value = "";
-    });
+    this.pace = paces("pace of the run", ["0.1", "0.25", "0.5", "1", "2", "5", "fast"], (value) =>
+      this.ask("pace", { pace: value === "fast" ? value : Number(value) }));
     by("time").append(this.clock, this.pause, this.step, this.pace);
     this.stopButton.addEventListener("click", () => this.stop());
     document.addEventListener("keydown", (event) => {
@@ -45,15 +40,11 @@ export class Bar {
     document.addEventListener("keyup", (event) => {
       if (!this.recorded && event.code === "Space" && !(event.target instanceof HTMLInputElement)) event.preventDefault();
     });
-    listenHeld(this.releaseButton, () => this.ask("release"));
   }
 
   stop() {
     this.asked = true;
-    this.link().ask("stop").then(
-      (lines) => this.say(lines.join("; "), "info"),
-      (error) => this.say(error.message),
-    );
+    this.link().ask("stop").then((lines) => this.say(lines.join("; "), "info"), (error) => this.say(error.message));
   }
 
   /** @param {string} verb @param {Record<string, unknown>} [more] */

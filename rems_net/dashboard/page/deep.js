@@ -2,7 +2,7 @@
 
 import { linksOf, point, posed, times, upright } from "./body.js";
 import { by, colour, series } from "./dom.js";
-import { factor, nice } from "./units.js";
+import { nice } from "./units.js";
 import { Canvas3 } from "./webgl.js";
 
 /** @typedef {import("./arena.js").Scene} Scene @typedef {import("./arena.js").Pose} Pose @typedef {import("./arena.js").Solid} Solid */
@@ -12,9 +12,9 @@ import { Canvas3 } from "./webgl.js";
 /** @typedef {{robots: Robot[], things: Thing[], walls: {solids?: Solid[]}[], rings: Map<number, number>, ghosts: Set<string>, trails: [number, number][][], rays: (robot: Robot) => Beam[]}} What */
 
 /** Pieces of a round wall, and its thickness, m. */
-const [PIECES, WALL] = [64, 0.01];
-/** m. Size of a robot whose shape is not known. */
-const RADIUS = 0.05;
+export const [PIECES, WALL] = [64, 0.01];
+/** m. Radius of a robot whose shape is not known. */
+export const RADIUS = 0.05;
 /** rad. Half of the angle that is seen, up and down. */
 const HALF = 0.35;
 /** rad. From where the arena is seen at first. */
@@ -32,8 +32,7 @@ export class Deep {
     this.low = this.high = [0, 0, 0];
     /** positions of joints that nothing measures, by robot @type {Map<string, number[]>} */
     this.bent = new Map();
-    /** @type {Record<string, Scene> | null} */
-    this.known = null;
+    this.known = /** @type {Record<string, Scene> | null} */ (null);
   }
 
   fit() {
@@ -141,10 +140,8 @@ export class Deep {
     }
     const bent = this.bent.get(port.agent) ?? [];
     this.bent.set(port.agent, bent);
-    const links = linksOf(scene.links ?? [], scene.loops ?? [], (link) => {
-      const value = port.number(link.field) * factor(port.row(link.field)?.unit ?? "", link.slides ? "m" : "rad");
-      return Number.isFinite(value) ? value : 0;
-    }, bent);
+    const links = linksOf(scene.links ?? [], scene.loops ?? [], (link) =>
+      [port.as(link.field, link.slides ? "m" : "rad")].find(Number.isFinite) ?? 0, bent);
     this.solids(scene.solids ?? [], frame, ink, links);
     const ahead = Math.max(RADIUS, ...(scene.outline ?? []).map((corner) => corner[0])) * 1.5;
     if (!scene.place) this.canvas.line([...point(frame, [0, 0, 0.002 - up]), ...point(frame, [ahead, 0, 0.002 - up])], ink);

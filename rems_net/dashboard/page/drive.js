@@ -34,10 +34,8 @@ export class Drive {
     this.say = say;
     /** Agents that this page wants to drive. @type {string[]} */
     this.agents = [];
-    /** @type {Record<string, Driven>} */
-    this.driving = {};
-    /** @type {Set<string>} */
-    this.held = new Set();
+    this.driving = /** @type {Record<string, Driven>} */ ({});
+    this.held = /** @type {Set<string>} */ (new Set());
     /** The stick under a finger. @type {Stick | null} */
     this.finger = null;
     this.beat = 0;
@@ -89,8 +87,7 @@ export class Drive {
     const name = KEYS.get(event.code);
     const at = event.target;
     const typing = at instanceof HTMLInputElement || at instanceof HTMLSelectElement;
-    if (!name || !this.agents.length || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (typing && down) return;
+    if (!name || !this.agents.length || event.ctrlKey || event.altKey || event.metaKey || (typing && down)) return;
     event.preventDefault();
     if (event.repeat || this.held.has(name) === down) return;
     if (down) this.held.add(name);
@@ -107,13 +104,10 @@ export class Drive {
     this.finger = { ahead: percent(-y), left: 0, turn: percent(-x) };
   }
 
-  /**
-   * The stick of the gamepad that is moved; null if none is, or none counts. Browsers
-   * report old positions to a page that is hidden or has no focus.
-   * @returns {Stick | null}
-   */
+  /** The stick of the gamepad that is moved; null if none is, or none counts. @returns {Stick | null} */
   gamepad() {
     this.trouble = "";
+    // Browsers report old positions to a page that is hidden or has no focus.
     if (document.hidden || !document.hasFocus()) this.locked = true;
     const pads = window.isSecureContext && navigator.getGamepads ? navigator.getGamepads() : [];
     const moved = [];
@@ -187,9 +181,8 @@ export class Drive {
   /** Forget all: the connection is lost, and the server lets go by itself. */
   lose() {
     this.agents = [];
-    this.held.clear();
-    this.finger = null;
     this.beat = 0;
+    this.rest();
     this.show();
   }
 

@@ -14,13 +14,8 @@ const REASONS = new Map([
   [4429, "This page sent too many messages. Load it again."],
 ]);
 
-/**
- * @typedef {Record<string, any>} Plain
- * @typedef {object} Handlers
- * @property {(message: Plain) => void} text called with each JSON message
- * @property {(frame: DataView) => void} frame called with each binary frame
- * @property {(sentence: string) => void} state called with "" or why there is no link
- */
+/** @typedef {Record<string, any>} Plain */
+/** Called with a JSON message, a binary frame, and "" or why there is no link. @typedef {{text: (message: Plain) => void, frame: (frame: DataView) => void, state: (sentence: string) => void}} Handlers */
 
 export class Link {
   /** @param {string} token @param {Handlers} handlers @param {string} fabric "" for the one that was joined */
@@ -28,11 +23,9 @@ export class Link {
     this.token = token;
     this.fabric = fabric;
     this.handlers = handlers;
-    /** @type {WebSocket | null} */
-    this.socket = null;
+    this.socket = /** @type {WebSocket | null} */ (null);
     this.next = 1;
-    /** @type {Map<number, {resolve: (result: any) => void, reject: (error: Error) => void}>} */
-    this.waiting = new Map();
+    this.waiting = /** @type {Map<number, {resolve: (result: any) => void, reject: (error: Error) => void}>} */ (new Map());
     this.frames = 0;
     this.looked = "";
     this.open();
@@ -44,11 +37,9 @@ export class Link {
     this.socket = socket;
     socket.onopen = () => socket.send(JSON.stringify({ hello: this.token, version: VERSION, fabric: this.fabric }));
     socket.onmessage = (event) => {
-      if (typeof event.data === "string") this.hear(JSON.parse(event.data));
-      else {
-        this.frames++;
-        this.handlers.frame(new DataView(event.data));
-      }
+      if (typeof event.data === "string") return this.hear(JSON.parse(event.data));
+      this.frames++;
+      this.handlers.frame(new DataView(event.data));
     };
     socket.onclose = (event) => {
       this.socket = null;
@@ -82,11 +73,7 @@ export class Link {
     this.socket.send(text);
   }
 
-  /**
-   * Send what a hand does. Nothing is kept for later: without a link, or if much waits
-   * already, it is lost.
-   * @param {Plain} message @returns {boolean} whether it was sent
-   */
+  /** Send what a hand does; without a link, or if much waits already, it is lost. @param {Plain} message @returns {boolean} whether it was sent */
   send(message) {
     const socket = this.socket;
     const free = socket?.readyState === WebSocket.OPEN && socket.bufferedAmount < WAITING;
@@ -94,15 +81,10 @@ export class Link {
     return free;
   }
 
-  /**
-   * Ask the server to do something. Rejects with the sentence of an error.
-   * @param {string} verb @param {Plain} [more] @returns {Promise<any>}
-   */
+  /** Ask the server to do something. Rejects with the sentence of an error. @param {string} verb @param {Plain} [more] @returns {Promise<any>} */
   ask(verb, more = {}) {
     const socket = this.socket;
-    if (socket?.readyState !== WebSocket.OPEN) {
-      return Promise.reject(new Error("There is no connection."));
-    }
+    if (socket?.readyState !== WebSocket.OPEN) return Promise.reject(new Error("There is no connection."));
     const id = this.next++;
     socket.send(JSON.stringify({ do: verb, id, ...more }));
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));

@@ -45,9 +45,9 @@ const link = new Link(location.hash.slice(1), {
     if (message.status) {
       bar.hear(message.status);
       store.attend((message.status.agents ?? []).map((/** @type {string[]} */ one) => one[0]));
+      drive.attend(message.status);
     }
-    if (message.events) for (const one of message.events) line(one.level, `tick ${one.tick}, ${one.agent}: ${one.text}`);
-    if (message.status) drive.attend(message.status);
+    for (const one of message.events ?? []) say(`tick ${one.tick}, ${one.agent}: ${one.text}`, one.level ?? "info");
     if (message.beat) drive.hear(message.beat);
     if (message.welcome) {
       if (message.welcome.layout && !teams.fabric && !plots.series.length) layout.set(message.welcome.layout);
@@ -71,13 +71,8 @@ const link = new Link(location.hash.slice(1), {
   },
 }, asked.get("fabric") ?? "");
 
-/** Add a message. @param {string} sentence @param {string} [level] */
-function say(sentence, level = "error") {
-  line(level, sentence);
-}
-
-/** @param {string} level @param {string} text */
-function line(level, text) {
+/** Add a message. @param {string} text @param {string} [level] */
+function say(text, level = "error") {
   const log = by("log");
   const atEnd = log.scrollTop + log.clientHeight >= log.scrollHeight - 8;
   const known = ["info", "warning", "error"].includes(level) ? level : "info";

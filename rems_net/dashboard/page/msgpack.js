@@ -3,13 +3,17 @@
 
 /** Most levels of maps in each other. */
 const DEEPEST = 8;
+/** How the numbers of a dtype are read: a method of DataView, and their size in bytes. */
+export const NUMBERS = /** @type {const} */ ({
+  f4: ["getFloat32", 4], f8: ["getFloat64", 8], bool: ["getUint8", 1],
+  u1: ["getUint8", 1], u2: ["getUint16", 2], u4: ["getUint32", 4],
+  i1: ["getInt8", 1], i2: ["getInt16", 2], i4: ["getInt32", 4],
+});
+/** Their dtypes by the head, from 0xca; those of 8 bytes are read apart. */
+const DTYPES = /** @type {const} */ (["f4", "f8", "u1", "u2", "u4", null, "i1", "i2", "i4"]);
 const utf8 = new TextDecoder("utf-8", { fatal: true });
 
-/**
- * Decode one value; throw an Error for malformed bytes.
- * @param {Uint8Array} bytes
- * @returns {unknown} numbers, texts, booleans, null, arrays, Uint8Array, and Map for maps
- */
+/** Decode one value; throw an Error for malformed bytes. @param {Uint8Array} bytes @returns {unknown} numbers, texts, booleans, null, arrays, Uint8Array, and Map for maps */
 export function decode(bytes) {
   const reader = new Reader(bytes);
   const value = reader.value(0);
@@ -33,17 +37,20 @@ class Reader {
     return begin;
   }
 
-  /** @param {number} size @returns {number} an unsigned number of 1, 2 or 4 bytes */
-  length(size) {
-    const at = this.take(size);
-    if (size === 1) return this.view.getUint8(at);
-    return size === 2 ? this.view.getUint16(at) : this.view.getUint32(at);
+  /** @param {keyof typeof NUMBERS} dtype */
+  number(dtype) {
+    const [method, size] = NUMBERS[dtype];
+    return this.view[method](this.take(size));
+  }
+
+  /** A length of 1, 2 or 4 bytes. @param {number} power of two: 0, 1 or 2 */
+  length(power) {
+    return this.number(/** @type {const} */ (["u1", "u2", "u4"])[power]);
   }
 
   /** @param {number} count */
   text(count) {
-    const at = this.take(count);
-    return utf8.decode(this.bytes.subarray(at, at + count));
+    return utf8.decode(this.binary(count));
   }
 
   /** @param {number} count */
@@ -55,9 +62,7 @@ class Reader {
   /** @param {number} count @param {number} depth */
   list(count, depth) {
     if (count > this.bytes.length - this.at) throw new Error("a list is too long");
-    const found = [];
-    for (let i = 0; i < count; i++) found.push(this.value(depth + 1));
-    return found;
+    return Array.from({ length: count }, () => this.value(depth + 1));
   }
 
   /** @param {number} count @param {number} depth */
@@ -81,31 +86,18 @@ class Reader {
     if (head < 0xa0) return this.list(head & 15, depth);
     if (head < 0xc0) return this.text(head & 31);
     if (head >= 0xe0) return head - 256;
-    const view = this.view;
+    const dtype = DTYPES[head - 0xca];
+    if (dtype) return this.number(dtype);
     switch (head) {
       case 0xc0: return null;
       case 0xc2: return false;
       case 0xc3: return true;
-      case 0xc4: return this.binary(this.length(1));
-      case 0xc5: return this.binary(this.length(2));
-      case 0xc6: return this.binary(this.length(4));
-      case 0xca: return view.getFloat32(this.take(4));
-      case 0xcb: return view.getFloat64(this.take(8));
-      case 0xcc: return this.length(1);
-      case 0xcd: return this.length(2);
-      case 0xce: return this.length(4);
-      case 0xcf: return Number(view.getBigUint64(this.take(8)));
-      case 0xd0: return view.getInt8(this.take(1));
-      case 0xd1: return view.getInt16(this.take(2));
-      case 0xd2: return view.getInt32(this.take(4));
-      case 0xd3: return Number(view.getBigInt64(this.take(8)));
-      case 0xd9: return this.text(this.length(1));
-      case 0xda: return this.text(this.length(2));
-      case 0xdb: return this.text(this.length(4));
-      case 0xdc: return this.list(this.length(2), depth);
-      case 0xdd: return this.list(this.length(4), depth);
-      case 0xde: return this.map(this.length(2), depth);
-      case 0xdf: return this.map(this.length(4), depth);
+      case 0xc4: case 0xc5: case 0xc6: return this.binary(this.length(head - 0xc4));
+      case 0xcf: return Number(this.view.getBigUint64(this.take(8)));
+      case 0xd3: return Number(this.view.getBigInt64(this.take(8)));
+      case 0xd9: case 0xda: case 0xdb: return this.text(this.length(head - 0xd9));
+      case 0xdc: case 0xdd: return this.list(this.length(head - 0xdb), depth);
+      case 0xde: case 0xdf: return this.map(this.length(head - 0xdd), depth);
       default: throw new Error(`0x${head.toString(16)} is not used here`);
     }
   }

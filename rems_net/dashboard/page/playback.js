@@ -1,30 +1,25 @@
 // A recording in place of a run: play, pause, pace, and a bar of its time.
 
-import { button, by, make, select, write } from "./dom.js";
+import { button, by, make, paces, write } from "./dom.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./link.js").Link} Link */
 /** @typedef {import("./plot.js").Plots} Plots @typedef {import("./bar.js").Bar} Bar */
 /** @typedef {{name: string, begin: number, end: number, dt: number, notes: string[]}} Recording s */
 
-const PACES = ["0.1", "0.25", "0.5", "1", "2", "5", "10"];
 /** ms. Between two requests of a hand that drags the time. */
 const PERIOD = 50;
 /** ms. For so long the bar stands where a hand has put it, until its values have come. */
 const SETTLE = 400;
 
 export class Playback {
-  /**
-   * @param {Store} store @param {Plots} plots @param {Bar} bar @param {() => Link} link
-   * @param {(sentence: string, level?: string) => void} say
-   */
+  /** @param {Store} store @param {Plots} plots @param {Bar} bar @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
   constructor(store, plots, bar, link, say) {
     this.store = store;
     this.plots = plots;
     this.bar = bar;
     this.link = link;
     this.say = say;
-    /** @type {Recording | null} */
-    this.recording = null;
+    this.recording = /** @type {Recording | null} */ (null);
     this.playing = false;
     this.pace = 1;
     /** The time where a hand has put it, and when [ms]. */
@@ -34,19 +29,16 @@ export class Playback {
     this.wish = {};
     this.timer = 0;
     this.asked = "";
-    this.past = 0;
     this.play = button("play", () => this.toggle(), "play or pause; or the space bar");
     this.time = make("input", { type: "range", "aria-label": "time of the recording" });
     this.shown = make("span", { id: "played" });
     this.free = make("input", { type: "number", min: "0.01", max: "1000", step: "any", "aria-label": "any pace, in times of real time" });
-    const paces = select("pace of the recording", [["", "pace"], ...PACES.map((one) => /** @type {[string, string]} */ ([one, `${one} x`]))], (value) => {
-      if (value) this.ask({ pace: Number(value) });
-      paces.value = "";
-    });
     by("playback").append(
       this.play, button("back", () => this.step(-1), "one tick back; or the left arrow key"),
       button("step", () => this.step(1), "one tick ahead; or the right arrow key"),
-      this.time, this.shown, paces, this.free,
+      this.time, this.shown,
+      paces("pace of the recording", ["0.1", "0.25", "0.5", "1", "2", "5", "10"], (value) => this.ask({ pace: Number(value) })),
+      this.free,
     );
     this.listen();
   }
@@ -89,7 +81,6 @@ export class Playback {
     const { begin, end, dt } = recording;
     Object.assign(this.time, { min: String(begin), max: String(end), step: String(dt) });
     this.asked = "";
-    this.past = 0;
     if (again) this.jump(this.store.t);
   }
 
@@ -148,11 +139,10 @@ export class Playback {
   update() {
     if (!this.recording || this.bar.gone) return;
     const ports = [...new Set(this.plots.series.map(({ key }) => key.split("/").slice(0, 3).join("/")))].sort();
-    const text = JSON.stringify(ports);
-    if (this.asked !== text) this.ask({ ports: ports.slice(0, 64) });
+    const wish = { ports: ports.slice(0, 64), past: this.plots.span };
+    const text = JSON.stringify(wish);
+    if (this.asked !== text) this.ask(wish);
     this.asked = text;
-    if (this.past !== this.plots.span) this.ask({ past: this.plots.span });
-    this.past = this.plots.span;
     write(this.play, this.playing ? "pause" : "play");
     const { dt, end } = this.recording;
     const { t } = this;

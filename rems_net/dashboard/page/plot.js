@@ -1,9 +1,10 @@
 // Plots over time: one axis for each unit; pause, look back, another unit by a click.
 
-import { button, by, colour, make, pen, select, series, write } from "./dom.js";
-import { alternatives, digits, factor, nice, written } from "./units.js";
+import { button, by, colour, make, pen, select, series, stroke, text, write } from "./dom.js";
+import { alternatives, digits, factor, multiples, nice, written } from "./units.js";
 
 /** @typedef {import("./store.js").Store} Store @typedef {import("./store.js").History} History */
+/** @typedef {import("./dom.js").Spot} Spot */
 /** @typedef {{key: string, ink: number, shown: string, wish: string}} Series `shown`: its unit; `wish`: of its layout */
 /** @typedef {{canvas: HTMLCanvasElement, legend: HTMLElement, head: HTMLElement}} Panel */
 
@@ -16,8 +17,7 @@ export class Plots {
   /** @param {Store} store */
   constructor(store) {
     this.store = store;
-    /** @type {Series[]} */
-    this.series = [];
+    this.series = /** @type {Series[]} */ ([]);
     this.span = 10;
     /** s. The newest time that is shown; null: now. */
     this.end = /** @type {number | null} */ (null);
@@ -115,7 +115,8 @@ export class Plots {
     panel.canvas.setAttribute("aria-label", `${own.map((one) => one.key).join(", ")} over time`);
     panel.legend.replaceChildren(...own.map((one) => {
       const value = make("span", { class: "number" });
-      const swatch = make("span", { class: `swatch series-${one.ink % 8}` });
+      const swatch = make("span", { class: "swatch" });
+      swatch.style.background = `var(--series-${one.ink % 8})`;
       const remove = button("×", () => this.toggle(one.key), `remove ${one.key}`);
       remove.setAttribute("aria-label", `remove ${one.key}`);
       const line = make("span", { class: "series" }, swatch, `${one.key} `, value, remove);
@@ -161,8 +162,7 @@ export class Plots {
     for (const { one, band } of drawn) if (band) line(on, band, series(one.ink), y);
     if (this.cursor >= begin && this.cursor <= end) {
       const x = LEFT + (this.cursor - begin) / (end - begin) * columns;
-      on.fillStyle = colour("--quiet");
-      on.fillRect(x, 0, 1, bottom);
+      stroke(on, [[[x + 0.5, 0], [x + 0.5, bottom]]], colour("--quiet"));
     }
     drawn.forEach(({ one, history, scale }) => {
       const at = Number.isFinite(this.cursor) ? this.cursor : end;
@@ -176,12 +176,8 @@ export class Plots {
 
 /** @typedef {{low: Float32Array, high: Float32Array, least: number, most: number}} Band */
 
-/**
- * Minimum and maximum for each column of pixels; NaN if nothing is there.
- * @param {History} history @param {number} begin @param {number} end @param {number} columns
- * @param {number} scale @returns {Band}
- */
-export function reduce(history, begin, end, columns, scale) {
+/** Minimum and maximum for each column; NaN if nothing is there. @param {History} history @param {number} begin @param {number} end @param {number} columns @param {number} scale @returns {Band} */
+function reduce(history, begin, end, columns, scale) {
   const low = new Float32Array(columns).fill(NaN);
   const high = new Float32Array(columns).fill(NaN);
   let [least, most] = [Infinity, -Infinity];
@@ -212,30 +208,15 @@ function line(on, { low, high }, ink, y) {
   on.stroke();
 }
 
-/**
- * @param {CanvasRenderingContext2D} on @param {number} width @param {number} bottom @param {number} begin
- * @param {number} end @param {number} low @param {number} high @param {(v: number) => number} y
- */
+/** @param {CanvasRenderingContext2D} on @param {number} width @param {number} bottom @param {number} begin @param {number} end @param {number} low @param {number} high @param {(v: number) => number} y */
 function axes(on, width, bottom, begin, end, low, high, y) {
-  on.font = "12px system-ui, sans-serif";
-  on.lineWidth = 1;
-  const step = nice((high - low) * 28 / bottom);
-  const every = nice((end - begin) * 90 / (width - LEFT));
-  on.strokeStyle = colour("--grid");
-  on.fillStyle = colour("--quiet");
-  on.textAlign = "right";
-  on.beginPath();
-  for (let n = Math.ceil(low / step); n * step <= high; n++) {
-    on.moveTo(LEFT, y(n * step));
-    on.lineTo(width, y(n * step));
-    on.fillText(digits(n * step), LEFT - 6, y(n * step) + 4);
-  }
-  on.textAlign = "center";
-  for (let n = Math.max(0, Math.ceil(begin / every)); n * every <= end; n++) {
-    const x = LEFT + (n * every - begin) / (end - begin) * (width - LEFT);
-    on.moveTo(x, 0);
-    on.lineTo(x, bottom);
-    if (x < width - 16) on.fillText(`${digits(n * every)} s`, x, bottom + 15);
-  }
-  on.stroke();
+  const quiet = colour("--quiet");
+  const x = (/** @type {number} */ t) => LEFT + (t - begin) / (end - begin) * (width - LEFT);
+  const values = multiples(nice((high - low) * 28 / bottom), low, high);
+  const times = multiples(nice((end - begin) * 90 / (width - LEFT)), Math.max(0, begin), end);
+  const levels = values.map((v) => /** @type {Spot[]} */ ([[LEFT, y(v)], [width, y(v)]]));
+  const instants = times.map((t) => /** @type {Spot[]} */ ([[x(t), 0], [x(t), bottom]]));
+  stroke(on, [...levels, ...instants], colour("--grid"));
+  for (const v of values) text(on, digits(v), [LEFT - 6, y(v) + 4], quiet, "right");
+  for (const t of times) if (x(t) < width - 16) text(on, `${digits(t)} s`, [x(t), bottom + 15], quiet);
 }

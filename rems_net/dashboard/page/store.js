@@ -1,22 +1,10 @@
 // The newest values of all ports, and what has been seen of them.
 
-import { decode } from "./msgpack.js";
+import { decode, NUMBERS } from "./msgpack.js";
+import { factor } from "./units.js";
 
-/**
- * @typedef {object} Row a field of a schema
- * @property {string} path
- * @property {string} dtype
- * @property {string} unit
- * @property {[number, number]} [range]
- * @property {number[]} [shape]
- * @property {string[]} [choices]
- * @property {string} [doc]
- *
- * @typedef {object} Channel
- * @property {number} id
- * @property {string} key
- * @property {string} schema
- */
+/** @typedef {{path: string, dtype: string, unit: string, range?: [number, number], shape?: number[], choices?: string[], doc?: string}} Row a field of a schema */
+/** @typedef {{id: number, key: string, schema: string}} Channel */
 
 /** Points of one field: more than 10 minutes at 30 a second. Half goes when it is full. */
 const POINTS = 40_000;
@@ -43,19 +31,13 @@ export class History {
   }
 
   grow() {
-    if (this.count >= POINTS) {
-      const half = this.count >> 1;
-      this.times.copyWithin(0, half);
-      this.values.copyWithin(0, half);
-      this.count -= half;
-      return;
-    }
-    const times = new Float64Array(Math.min(POINTS, this.count * 2));
-    const values = new Float32Array(times.length);
-    times.set(this.times);
-    values.set(this.values);
-    this.times = times;
-    this.values = values;
+    const { times, values, count } = this;
+    const gone = count >= POINTS ? count >> 1 : 0;
+    this.times = new Float64Array(Math.min(POINTS, count * 2));
+    this.values = new Float32Array(this.times.length);
+    this.times.set(times.subarray(gone));
+    this.values.set(values.subarray(gone));
+    this.count -= gone;
   }
 
   /** @param {number} t @returns {number} index of the first point at or after t */
@@ -80,8 +62,7 @@ export class Port {
     this.agent = `${kind}/${name}`;
     this.kind = kind;
     this.name = rest.join("/");
-    /** @type {Row[]} */
-    this.rows = [];
+    this.rows = /** @type {Row[]} */ ([]);
     /** @type {Map<string, unknown>} by path */
     this.values = new Map();
     this.tick = -1;
@@ -100,6 +81,11 @@ export class Port {
     return typeof value === "boolean" ? Number(value) : NaN;
   }
 
+  /** A number in another unit. @param {string} path @param {string} unit @returns {number} NaN if it is no number */
+  as(path, unit) {
+    return this.number(path) * factor(this.row(path)?.unit ?? unit, unit);
+  }
+
   /** @param {string} path @returns {Row | undefined} */
   row(path) {
     return this.rows.find((row) => row.path === path);
@@ -108,12 +94,9 @@ export class Port {
 
 export class Store {
   constructor() {
-    /** @type {Map<number, Channel>} */
-    this.channels = new Map();
-    /** @type {Map<string, Row[] | null>} */
-    this.schemas = new Map();
-    /** @type {Map<string, Port>} */
-    this.ports = new Map();
+    this.channels = /** @type {Map<number, Channel>} */ (new Map());
+    this.schemas = /** @type {Map<string, Row[] | null>} */ (new Map());
+    this.ports = /** @type {Map<string, Port>} */ (new Map());
     /** Agents that are present, also those of which nothing is received. @type {string[]} */
     this.agents = [];
     /** grows when ports or their fields have changed */
@@ -122,7 +105,6 @@ export class Store {
     /** s. The newest fabric time. */
     this.t = 0;
     this.tick = 0;
-    this.stops = 0;
     this.pace = 0;
     /** @type {Set<string>} fields that are kept although there are many: key/path */
     this.wanted = new Set();
@@ -157,12 +139,9 @@ export class Store {
 
   /** @param {string} key */
   port(key) {
-    let port = this.ports.get(key);
-    if (!port) {
-      port = new Port(key);
-      this.ports.set(key, port);
-      this.version++;
-    }
+    const port = this.ports.get(key) ?? new Port(key);
+    if (!this.ports.has(key)) this.version++;
+    this.ports.set(key, port);
     return port;
   }
 
@@ -197,8 +176,7 @@ export class Store {
   take(id, stamp, payload) {
     const channel = this.channels.get(id);
     if (!channel) return;
-    const name = channel.schema || channel.key;
-    const rows = this.schemas.get(name);
+    const rows = this.schemas.get(channel.schema || channel.key);
     if (rows === undefined && channel.key !== "clock/tick" && channel.schema !== "large") {
       this.waiting.set(id, [stamp, payload]);
       return;
@@ -222,13 +200,10 @@ export class Store {
   /** @param {unknown} words of a tick */
   beat(words) {
     if (!Array.isArray(words) || words.length !== 7) return;
-    [, this.tick, this.t, , this.pace, , this.stops] = words;
+    [, this.tick, this.t, , this.pace] = words;
   }
 
-  /**
-   * @param {Port} port @param {Row[] | null | undefined} rows @param {unknown} found
-   * @param {unknown} n @param {unknown} t
-   */
+  /** @param {Port} port @param {Row[] | null | undefined} rows @param {unknown} found @param {unknown} n @param {unknown} t */
   fill(port, rows, found, n, t) {
     if (!(found instanceof Map)) throw new Error("it is no map of fields");
     const fields = rows ?? guess(found, "");
@@ -245,9 +220,7 @@ export class Store {
     for (const row of fields) {
       const value = shaped(dig(found, row.path), row);
       port.values.set(row.path, value);
-      if (typeof value === "number" || typeof value === "boolean") {
-        this.keep(port, row.path, Number(value));
-      }
+      if (typeof value === "number" || typeof value === "boolean") this.keep(port, row.path, Number(value));
     }
   }
 
@@ -263,10 +236,7 @@ export class Store {
     history.add(port.t, value);
   }
 
-  /**
-   * Find a field by its key, such as robot/sim/state/wheel/left.
-   * @param {string} key @returns {{port: Port, row: Row} | null}
-   */
+  /** Find a field by its key, such as robot/sim/state/wheel/left. @param {string} key @returns {{port: Port, row: Row} | null} */
   field(key) {
     const chunks = key.split("/");
     const port = this.ports.get(chunks.slice(0, 3).join("/"));
@@ -277,13 +247,7 @@ export class Store {
 
 /** @param {Map<string, unknown>} found @param {string} path @returns {unknown} */
 function dig(found, path) {
-  /** @type {unknown} */
-  let value = found;
-  for (const chunk of path.split("/")) {
-    if (!(value instanceof Map)) return undefined;
-    value = value.get(chunk);
-  }
-  return value;
+  return path.split("/").reduce((value, chunk) => (value instanceof Map ? value.get(chunk) : undefined), /** @type {unknown} */ (found));
 }
 
 /** Fields of a value without a schema. @param {Map<string, unknown>} found @param {string} prefix @returns {Row[]} */
@@ -300,22 +264,10 @@ function same(one, other) {
   return one.length === other.length && one.every((row, i) => row.path === other[i].path);
 }
 
-const READERS = {
-  f8: /** @type {const} */ (["getFloat64", 8]),
-  f4: /** @type {const} */ (["getFloat32", 4]),
-  i1: /** @type {const} */ (["getInt8", 1]),
-  i2: /** @type {const} */ (["getInt16", 2]),
-  i4: /** @type {const} */ (["getInt32", 4]),
-  u1: /** @type {const} */ (["getUint8", 1]),
-  u2: /** @type {const} */ (["getUint16", 2]),
-  u4: /** @type {const} */ (["getUint32", 4]),
-  bool: /** @type {const} */ (["getUint8", 1]),
-};
-
 /** The value of a field; an array comes as bytes. @param {unknown} value @param {Row} row @returns {unknown} */
 function shaped(value, row) {
   if (!row.shape || !(value instanceof Uint8Array)) return value;
-  const [method, size] = READERS[/** @type {keyof typeof READERS} */ (row.dtype)] ?? [];
+  const [method, size] = NUMBERS[/** @type {keyof typeof NUMBERS} */ (row.dtype)] ?? [];
   if (!method || value.length > 4096) return `${row.shape.join(" x ")} values`;
   const view = new DataView(value.buffer, value.byteOffset, value.byteLength);
   const found = [];

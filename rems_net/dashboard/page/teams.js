@@ -18,10 +18,8 @@ export class Teams {
     this.before = 0;
     /** whether the grid has been shown, or hidden, by itself or by hand */
     this.chosen = new URLSearchParams(location.search).size > 0;
-    /** @type {Row[]} */
-    this.rows = [];
-    /** @type {Map<string, ReturnType<Teams["tile"]>>} */
-    this.tiles = new Map();
+    this.rows = /** @type {Row[]} */ ([]);
+    this.tiles = /** @type {Map<string, ReturnType<Teams["tile"]>>} */ (new Map());
     this.section = by("teams");
     this.toggle = button("teams", () => this.show(Boolean(this.section.hidden)), "all fabrics at this router");
     this.toggle.hidden = true;

@@ -29,8 +29,7 @@ export class Tree {
     this.shown = new Set();
     /** @type {Map<string, string>} key of a field -> unit in which it is shown */
     this.units = new Map();
-    /** @type {{port: Port, row: Row, cell: HTMLElement, unit: HTMLElement}[]} */
-    this.lines = [];
+    this.lines = /** @type {{port: Port, row: Row, cell: HTMLElement, unit: HTMLElement}[]} */ ([]);
     const search = /** @type {HTMLInputElement} */ (by("search"));
     search.addEventListener("input", () => {
       this.words = search.value.trim().toLowerCase();
@@ -71,10 +70,8 @@ export class Tree {
     const shown = names.slice(0, MOST).map((name) => this.agent(name, agents.get(name) ?? [], names.length));
     const rest = names.length - shown.length;
     if (rest > 0) shown.push(make("p", { class: "quiet" }, `and ${rest} more agents: search for a name`));
-    if (!names.length) {
-      const text = this.words ? "Nothing has this name." : "No agent publishes a value yet.";
-      shown.push(make("p", { class: "quiet" }, text));
-    }
+    const none = this.words ? "Nothing has this name." : "No agent publishes a value yet.";
+    if (!names.length) shown.push(make("p", { class: "quiet" }, none));
     by("tree").replaceChildren(...shown);
     if (at instanceof HTMLElement) at.focus(); // a slider stays in the hand
   }
@@ -119,13 +116,12 @@ export class Tree {
       if (this.words && !all && !key.toLowerCase().includes(this.words)) continue;
       const cell = make("td", { class: "value" });
       const choices = alternatives(row.unit);
-      const unit = make("button", { type: "button", class: "unit", title: `another unit of ${row.path}` });
-      unit.disabled = choices.length < 2;
-      unit.addEventListener("click", () => {
+      const unit = button("", () => {
         const now = this.units.get(key) ?? row.unit;
         this.units.set(key, choices[(choices.indexOf(now) + 1) % choices.length]);
         this.drawn = 0;
-      });
+      }, `another unit of ${row.path}`);
+      Object.assign(unit, { className: "unit", disabled: choices.length < 2 });
       const name = button(row.path, () => this.plot(key), `plot ${key}${row.doc ? `: ${row.doc}` : ""}`);
       table.append(make("tr", {}, make("th", { scope: "row" }, name), cell, make("td", {}, unit)));
       this.lines.push({ port, row, cell, unit });

@@ -22,10 +22,7 @@ const SHOWN = new Map([
   ["rad/s", ["rad/s", "deg/s", "rev/min"]],
 ]);
 
-/**
- * How large a unit is in its family's first, and which family each part has.
- * @param {string} unit such as rad/s @returns {{size: number, dimension: string} | null}
- */
+/** How large a unit is in its family's first, and which family each part has. @param {string} unit such as rad/s @returns {{size: number, dimension: string} | null} */
 function measure(unit) {
   let size = 1;
   /** @type {string[]} */
@@ -69,6 +66,12 @@ export function written(unit) {
 export function nice(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
+}
+
+/** The multiples of a step in a range. @param {number} step @param {number} low @param {number} high */
+export function multiples(step, low, high) {
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => (first + i) * step);
 }
 
 /** A number with six digits, at most. @param {number} value */
