@@ -5,7 +5,9 @@ from __future__ import annotations
 import compileall
 import gc
 import os
+import sys
 from collections import Counter
+from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -23,6 +25,14 @@ def pytest_configure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput"):
         for folder in ("rems_net", "tests"):
             compileall.compile_dir(ROOT / folder, quiet=1)
+
+
+@pytest.fixture(autouse=True)
+def search_path() -> Iterator[None]:
+    """Forget the folders of files that a test loads: a later one could import them."""
+    before = sys.path[:]
+    yield
+    sys.path[:] = before
 
 
 def pytest_collection_finish() -> None:

@@ -137,7 +137,7 @@ def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
 def test_a_class_in_a_cell_runs_in_the_notebook_itself(
     kernel: Kernel, cells: list[str]
 ) -> None:
-    own, run, look, _ = cells
+    own, run, look = cells
     good(kernel.run(own.partition("\n")[2]))
     run = run.replace('"cart.py:Curve"', "Curve").replace('"cart.py:Cart"', "Cart")
     good(kernel.run(run.replace("lab.run()", "lab.run(direct=True)")))

@@ -25,6 +25,9 @@ STEPS = 40
 NUDGE = 1e-5
 #: A segment whose error is so many times the median is left out: a jolt, or a wall.
 JOLT = 5.0
+#: Share of the error that a step of the search must take away: while weights still
+#: change, and at the end.
+ROUGH, FINAL = 1e-2, 1e-6
 #: An error of a field below this share of its spread is a rounding error.
 EXACT = 1e-6
 
@@ -66,9 +69,9 @@ def fit(
     scale = np.maximum(np.abs(theta), 1e-3 * np.minimum(high - low, 1e3))
     keep = np.ones(len(segments))
     for last in (False, False, True):  # weights from the errors of the pass before
-        theta = problem.solve(theta, low, high, scale, keep)
+        theta = problem.solve(theta, low, high, scale, keep, ROUGH)
         keep = problem.weigh(theta, hard=last)
-    theta = problem.solve(theta, low, high, scale, keep)
+    theta = problem.solve(theta, low, high, scale, keep, FINAL)
     return problem.report(theta, scale, keep > 0)
 
 
@@ -131,9 +134,18 @@ class Problem:
         return r, of_theta, of_start
 
     def solve(
-        self, theta: Floats, low: Floats, high: Floats, scale: Floats, keep: Floats
+        self,
+        theta: Floats,
+        low: Floats,
+        high: Floats,
+        scale: Floats,
+        keep: Floats,
+        least: float,
     ) -> Floats:
-        """Return the best parameters within their ranges; `starts` get theirs."""
+        """Return the best parameters within their ranges; `starts` get theirs.
+
+        least: gain of a step, as a share of the error, below which the search ends.
+        """
         damping = 1e-6
         r, of_theta, of_start = self.slopes(theta, scale)
         cost = float((keep @ r**2).sum())
@@ -164,7 +176,7 @@ class Problem:
             gained = cost - cheaper
             theta, (r, of_theta, of_start), cost = new, tried, cheaper
             damping = max(damping / 10, 1e-12)
-            if gained <= 1e-9 * cost + 1e-15:
+            if gained <= least * cost + 1e-15:
                 break
         self._slopes = r, of_theta, of_start
         return theta

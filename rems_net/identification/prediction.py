@@ -15,8 +15,8 @@ from rems_net.drivers.kinematic.swarm import Columns, ahead
 from rems_net.errors import ExperimentError
 from rems_net.identification.drive import Drive, Floats, limits
 
-#: s. Longest substep: recordings have ticks of 0.1 s, in which a robot turns far.
-FINE = 0.05
+#: s. Longest substep of Runge and Kutta's rule; a robot turns by 0.3 rad in it.
+FINE = 0.1
 #: Rows. A rest at the end of a drive that is not longer is left out.
 FEW = 4
 

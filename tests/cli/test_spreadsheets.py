@@ -149,12 +149,12 @@ HINT = (
     [
         (
             r'"lab\keys.csv"',
-            "lab.toml, line 9, column 14: this is no TOML: Unescaped '\\' in a "
+            "lab.toml, line 9, column 22: this is no TOML: Unescaped '\\' in a "
             f"string.{HINT} (R0403)",
         ),
         (
             r'"C:\Users\me\keys.csv"',
-            f"lab.toml, line 9, column 13: this is no TOML: Invalid hex value.{HINT} "
+            f"lab.toml, line 9, column 21: this is no TOML: Invalid hex value.{HINT} "
             "(R0403)",
         ),
         (

@@ -80,7 +80,8 @@ def test_intervals_hold_the_truth() -> None:
     assert all(count >= 9 for count in held(range(12)).values())
 
 
-@pytest.mark.slow  # two minutes of fits
+@pytest.mark.slow  # 200 fits
+@pytest.mark.timeout(900)
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert all(182 <= count <= 196 for count in held(range(200)).values())
 

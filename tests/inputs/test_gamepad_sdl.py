@@ -71,7 +71,7 @@ def sdl(monkeypatch: pytest.MonkeyPatch) -> Iterator[Sdl]:
 
 def lab(**settings: Any) -> Experiment:
     made = Experiment("lab", duration="60 s")
-    made.input("pad", "gamepad", device="0", **settings)
+    made.input("pad", "gamepad", options={"device": "0", **settings})
     made.robot("wood", "woodbot", "kinematic", command="input/pad")
     return made
 
