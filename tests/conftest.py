@@ -28,11 +28,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture(autouse=True)
-def search_path() -> Iterator[None]:
+def places() -> Iterator[None]:
     """Forget the folders of files that a test loads: a later one could import them."""
-    before = sys.path[:]
+    path, here = sys.path[:], Path.cwd()
     yield
-    sys.path[:] = before
+    sys.path[:] = path
+    os.chdir(here)
 
 
 def pytest_collection_finish() -> None:
