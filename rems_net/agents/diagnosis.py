@@ -79,7 +79,7 @@ def _hint(error: BaseException) -> str:
     thing = error.obj
     if isinstance(thing, int | float):
         return (
-            "; a field is a plain number, in the unit that its schema says: convert "
+            "; a field is a plain number, in the unit of its schema: convert "
             "it (math.degrees), or take value.quantity('heading').to('deg')"
         )
     if isinstance(thing, Tick):

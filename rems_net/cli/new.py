@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     out = console(args)
     wrote = f"Wrote {' and '.join(map(str, texts))}."
     if guesses := more.get("guesses"):
-        out.print(f"{wrote} What its file does not say is a guess:", soft_wrap=True)
+        out.print(f"{wrote} These are guesses:", soft_wrap=True)
         for guess in guesses.splitlines():
             out.print(f"  {guess}", soft_wrap=True)
         wrote = "Look at that."

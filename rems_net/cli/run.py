@@ -29,7 +29,7 @@ EXAMPLES = """\
 examples:
   rems run lab2.toml
   rems run lab2.toml --pace 1 --out results
-  rems run lab2.toml --alone                  though it says machine = "b"
+  rems run lab2.toml --alone                  though it has machine = "b"
   rems run weave.py --pace 1
   rems run lab2.toml --pace 1 --dashboard     with a page in the browser
   rems run lab2.toml --direct                 in one process: short runs
@@ -60,7 +60,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--seed",
         metavar="N",
         type=int,
-        help="what random numbers come from (as the experiment says, or 0)",
+        help="what random numbers come from (default: as in the experiment, or 0)",
     )
     parser.add_argument(
         "--native",
@@ -90,7 +90,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pace",
         metavar="P",
-        help='real-time factor, such as 1, or "fast" (as the experiment says)',
+        help='real-time factor, such as 1, or "fast" (default: as in the experiment)',
     )
 
 

@@ -61,7 +61,7 @@ def say_where(at: str) -> None:
             if os.environ.get(VARIABLE)
             else "see `rems router forget`"
         )
-        why = "--at says so" if at else why
+        why = "set by --at" if at else why
         warn(f"at {there} ({why})")
 
 

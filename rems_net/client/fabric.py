@@ -225,7 +225,7 @@ class Fabric:
             if now > newest:
                 newest, since = now, time.monotonic()
             elif time.monotonic() > since + BUSY:
-                warn("held", f"tick {now + 1} is held; the run says by whom")
+                warn("held", f"tick {now + 1} is held; the run shows by whom")
                 return now
             Event().wait(PAUSE)
         return now

@@ -29,7 +29,7 @@ QUIRKS = {
     "zeros": "the five bytes of the sensors are always 0",
     "overread": "of a frame that is too short, what was in memory is read",
     "driving": "nothing stops the wheels where no command comes any more",
-    "everybody": "whoever leaves, the robot stops for all",
+    "everybody": "if one program leaves, the robot stops for all",
     "starting": "for 6 s after it is switched on it answers nobody",
 }
 HOSTNAME = "My_Great_Woodbot"

@@ -16,7 +16,7 @@ KNOWN = {
     "drop": ("SHARE", "of the packets lose a byte"),
     "corrupt": ("SHARE", "of the packets have a wrong bit"),
     "late": ("SECONDS", "that every packet takes longer"),
-    "echo": ("", "what the device hears comes back first"),
+    "echo": ("", "what the device receives comes back first"),
     "unplug": ("SECONDS", "without a line; the device goes on"),
     "brownout": ("SECONDS", "without power; the line stays"),
     "reset": ("", "the device starts anew"),

@@ -1,6 +1,6 @@
 """MessageInlet: an In that takes messages in CDR, for an output that records.
 
-What is written in this process becomes messages all at once: recording a crowd must
+The values of this process become messages all at once: recording a crowd must
 cost little beside what the crowd does.
 """
 

@@ -106,7 +106,7 @@ class Arm(ABC):
         if isinstance(goal, Pose):
             if pitch is not None or roll is not None:
                 raise FieldValueError(
-                    "A pose says how the tool is turned; leave out pitch and "
+                    "A pose has the turn of the tool in it; leave out pitch and "
                     "roll. (R0220)"
                 )
             return Target(goal.position, goal.rotation)

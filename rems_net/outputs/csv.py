@@ -18,15 +18,15 @@ from rems_net.recordings.manifest import Manifest, read_manifest
 
 
 class CsvOutput(Output):
-    """Writes `<robot>.csv` for every robot it reads, all of them unless told.
+    """Writes `<robot>.csv` for every robot it reads, by default all of them.
 
-    What lies about in a world goes to `world.<name>.csv`, where anything does. If it
+    Things that lie about in a world go to `world.<name>.csv`, if there are any. If it
     reads an input or a process, their files are `input.<name>.csv` and so on.
 
     A row is stamped at the end of its step and is in the file when the tick is done,
     so a run that is killed leaves whole rows. Numbers are written such that reading
     them gives the same bits. Started again after a crash, it goes on in its files.
-    What cameras see is left out: an output of type pictures keeps it.
+    Pictures of cameras are left out: an output of type pictures keeps them.
     """
 
     robots = In(source="robot/*/*")

@@ -17,7 +17,7 @@ from rems_net.recordings.mcap.log import EVENTS, LOG, log
 from rems_net.recordings.mcap.scan import scan
 from rems_net.recordings.mcap.writer import FILE, McapWriter
 
-#: what run.json says that is in the file, too: it depends on the experiment alone
+#: what of run.json is in the file, too: it depends on the experiment alone
 ABOUT = (
     *("experiment", "dt", "ticks", "seed", "agents", "robots", "worlds"),
     *("sources", "versions", "fields"),

@@ -19,7 +19,7 @@ PART = "picture.part"
 class PicturesOutput(Output):
     """Writes `<robot>.<camera>/000042.png`: what was seen at the end of tick 42.
 
-    Of all robots it reads, every robot unless told; at every n-th tick with
+    Of all robots it reads, every robot by default; at every n-th tick with
     `every = n`. A picture is an array of u1, (height, width, 3), as a camera fills it.
     A run that is killed leaves whole pictures. Started again after a crash, it goes on.
     """

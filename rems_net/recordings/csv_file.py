@@ -1,4 +1,4 @@
-"""A CSV file of a run: what its header says, and its numbers, checked line by line.
+"""A CSV file of a run: its header, and its numbers, checked line by line.
 
 Ours has a unit in each heading: `time [s]`, `command/wheel/left [rad/s]`; a plain
 number has none. The class's has names only: `timestamp`, `inpt.wh.l`, `state.x`.
@@ -23,7 +23,7 @@ from rems_net.recordings.spreadsheet import plain
 TIMES = ("time", "timestamp")
 EXAMPLE = "'time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]'"
 
-#: what begins a formula in a spreadsheet, and the mark that says that it is none
+#: what begins a formula in a spreadsheet, and the mark for text that is none
 FORMULAS = ("=", "+", "-", "@", "\t", "\r", "'")
 
 Cell = float | bool | str
@@ -43,7 +43,7 @@ class Column:
 
 
 def heading(name: str, unit: str) -> str:
-    """What stands above a column: `state/heading [rad]`, `sensors/compass/x`."""
+    """Return the heading of a column: `state/heading [rad]`, `sensors/compass/x`."""
     return f"{name} [{unit}]" if unit else name
 
 
@@ -72,7 +72,7 @@ class CsvFile:
     """A file read whole; `shown` is what messages call it.
 
     time: name and unit of the column of times, in files of other programs. Raises
-    ExperimentError, in one sentence, for whatever is wrong with it.
+    ExperimentError, in one sentence, for anything wrong with it.
     """
 
     def __init__(
@@ -272,7 +272,7 @@ class Rows:
 
 
 def _perhaps_commas(row: list[str], count: int) -> str:
-    """A hint for 0,5 in a line where a comma begins the next cell, or nothing."""
+    """Return a hint for 0,5 in a line whose commas separate cells, or nothing."""
     if len(row) <= count or any(isnan(_float(cell)) for cell in row):
         return ""
     return " A decimal comma? Write points, or put ';' between the cells of all lines."

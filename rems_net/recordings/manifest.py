@@ -111,7 +111,7 @@ class Manifest:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """What the run that wrote into `folder` says; None where there is no such word."""
+    """Return the manifest of the run that wrote into `folder`; None without one."""
     try:
         return parsed(json.loads(read_file(folder / NAME, LONGEST)))
     except (OSError, ValueError, RecursionError):
@@ -119,7 +119,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def parsed(told: Any) -> Manifest | None:
-    """Return what a run says, from plain data; None for anything else."""
+    """Return a manifest from plain data; None for anything else."""
     try:
         robots = {
             str(name): Start(

@@ -70,7 +70,7 @@ def _read_like(path: Path, like: str) -> Recording:
 
 
 class Recording(Mapping[str, "Columns"]):
-    """What a run left: `recording["sim"]["state/x"]` is an array with its unit.
+    """Files of a run: `recording["sim"]["state/x"]` is an array with its unit.
 
     folder: where it is      files: what the outputs made
     like: the mapping of files of another program
@@ -95,7 +95,7 @@ class Recording(Mapping[str, "Columns"]):
         return sum(1 for _ in self)
 
     def __getitem__(self, robot: str) -> Columns:
-        """The columns of one robot. Raises UnknownFieldError.
+        """Return the columns of one robot. Raises UnknownFieldError.
 
         Of an MCAP file also those of an input or a process: `input/keys`.
         """
@@ -125,13 +125,13 @@ class Recording(Mapping[str, "Columns"]):
         return sources[name]
 
     def mcap(self, path: Path) -> McapFile:
-        """An MCAP file, whose summary is read once."""
+        """Return an MCAP file, whose summary is read once."""
         if path not in self._mcap:
             self._mcap[path] = McapFile(path)
         return self._mcap[path]
 
     def _sources(self) -> dict[str, tuple[Path, str]]:
-        """By name, the file that each is in, and its key there; "" in a CSV file."""
+        """Return, by name, the file of each, and its key there; "" in a CSV file."""
         found: dict[str, tuple[Path, str]] = {}
         for path in self.tables():
             if path.suffix == ".csv":
@@ -148,7 +148,7 @@ class Recording(Mapping[str, "Columns"]):
         return f"<recording in {self.folder} of {', '.join(names) or 'nobody'}>"
 
     def tables(self) -> list[Path]:
-        """The CSV and MCAP files, in natural order."""
+        """Return the CSV and MCAP files, in natural order."""
         found = [path for path in self.files if path.suffix in (".csv", ".mcap")]
         return sorted(found, key=natural)
 
@@ -158,7 +158,7 @@ class Recording(Mapping[str, "Columns"]):
         return {k: why for path in files for k, why in self.mcap(path).passed.items()}
 
     def manifest(self) -> Manifest:
-        """What the run said of itself, in run.json or in its MCAP file."""
+        """Return the manifest of the run, from run.json or its MCAP file."""
         found = read_manifest(self.folder)
         for path in self.tables():
             if found is None and path.suffix == ".mcap":
@@ -166,7 +166,7 @@ class Recording(Mapping[str, "Columns"]):
         return found or Manifest()
 
     def table(self, robot: str) -> Table:
-        """All columns of a robot, as `state/x [m]` to a plain array, for pandas."""
+        """Return all columns of a robot: `state/x [m]` to a plain array, for pandas."""
         return self[robot].table
 
     def blocks(self, name: str, size: int) -> Iterator[Table]:
@@ -199,14 +199,14 @@ class Recording(Mapping[str, "Columns"]):
         )
 
     def pictures(self, camera: str) -> Album:
-        """What a camera saw, by tick: `recording.pictures("bot.camera")[10]`.
+        """Return a camera's pictures, by tick: `recording.pictures("bot.camera")[10]`.
 
         Each is an array of u1, (height, width, 3). Raises UnknownFieldError.
         """
         return album_of(self.folder, camera)
 
     def compare(self) -> list[Pair | Difference]:
-        """How far each two robots were apart.
+        """Return how far each two robots were apart.
 
         By their poses, where both have x, y and heading; else by the fields of the
         state that both have.
@@ -227,7 +227,7 @@ class Recording(Mapping[str, "Columns"]):
         return [one for one in found if one is not None]
 
     def differences(self, posed: Collection[str]) -> list[Difference]:
-        """How far each two robots with a state were apart, but for two of `posed`."""
+        """Return how far apart two robots are by their states; no two of `posed`."""
         from rems_net.recordings.differences import differences
 
         sources = {n: where for n, where in self._sources().items() if "/" not in n}
@@ -248,7 +248,7 @@ class Recording(Mapping[str, "Columns"]):
         return any(column.name.startswith("state/") for column in columns)
 
     def why(self, a: str = "", b: str = "") -> Why:
-        """Where and why robot `b` parts from robot `a`, computed from the files.
+        """Return where and why robot `b` parts from robot `a`, computed from the files.
 
         Without `a`, from the kinematic one, or else the first; without `b`, the first
         of the others. Raises UnknownFieldError, and ExperimentError for two that have
@@ -298,7 +298,7 @@ class Recording(Mapping[str, "Columns"]):
 
 
 def moved(old: Path, new: Path) -> None:
-    """Tell the recordings of this process that a folder has got another name."""
+    """Give the recordings of this process the new name of their folder."""
     for one in list(_open):
         if one.folder == old:
             one.folder = new

@@ -64,7 +64,7 @@ def decoded(data: bytes, shown: str) -> str:
     for beginning, what in BINARY.items():
         if data.startswith(beginning):
             raise ExperimentError(
-                f"{shown} is {what}, whatever its name says; open it in a spreadsheet "
+                f"{shown} is {what}, in spite of its name; open it in a spreadsheet "
                 "program, and save it as 'CSV UTF-8'. (R0804)"
             )
     if data.startswith(_UTF_16):

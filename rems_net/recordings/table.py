@@ -49,7 +49,7 @@ class Columns(Mapping[str, Any]):
         return name in self._columns  # without making the column: unyt takes a second
 
     def __getitem__(self, name: str) -> Any:
-        """One column. Raises UnknownFieldError."""
+        """Return one column. Raises UnknownFieldError."""
         column = self._columns.get(name)
         if column is None:
             raise UnknownFieldError(
@@ -63,7 +63,7 @@ class Columns(Mapping[str, Any]):
         return unyt.unyt_array(values, unit)
 
     def plain(self, name: str) -> np.ndarray[Any, Any]:
-        """A column without its unit."""
+        """Return a column without its unit."""
         return self._values[self._columns[name]]
 
     def part(self, rows: slice) -> Table:
@@ -71,19 +71,19 @@ class Columns(Mapping[str, Any]):
         return Table((one.heading, self._values[one][rows]) for one in self._values)
 
     def heading(self, name: str) -> str:
-        """What stands above a column."""
+        """Return the heading of a column."""
         return self._columns[name].heading
 
     def columns(self) -> list[Column]:
-        """What stands above them: name, unit, and both as a heading."""
+        """Return the columns: name, unit, and both as a heading."""
         return list(self._columns.values())
 
     def seconds(self) -> np.ndarray[Any, Any]:
-        """The ends of the steps (n,), s."""
+        """Return the ends of the steps (n,), s."""
         return self._seconds
 
     def unit(self, name: str) -> str:
-        """The unit of a column; "" for what has none."""
+        """Return the unit of a column; "" if it has none."""
         unit = self._columns[name].unit
         return "" if unit in ("text", "bool", "ratio") else unit
 
@@ -92,7 +92,7 @@ class Columns(Mapping[str, Any]):
 
 
 def read_csv(path: Path) -> Columns:
-    """The columns of one robot from its CSV file. Raises ExperimentError."""
+    """Return the columns of one robot from its CSV file. Raises ExperimentError."""
     file = CsvFile(path)
     wanted = [(c, _field(c)) for c in file.columns if not _is_comment(c)]
     rows = file.numbers(wanted)

@@ -155,7 +155,7 @@ EXPECTED = {
     "drives": "drive(command, dt) that obeys every command of its schema",
     "senses": "sense() that brings state and sensors up to date",
     "resets": "reset() that brings it back to where it began",
-    "stops": "a robot that obeys its safe command when nobody tells it anything",
+    "stops": "a robot that obeys its safe command when no command comes",
     "refuses": "a wrong command or setting to be refused, and nothing else to happen",
     "closes": "close() that returns, also twice, and before open()",
     "again": "another one that opens after the first was closed",

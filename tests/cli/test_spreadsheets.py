@@ -69,12 +69,12 @@ def test_what_is_read(tmp_path: Path, data: bytes) -> None:
     [
         (
             b"PK\x03\x04\x14\x00\x06\x00",
-            "keys.csv is a workbook (.xlsx or .ods), whatever its name says; open it "
+            "keys.csv is a workbook (.xlsx or .ods), in spite of its name; open it "
             "in a spreadsheet program, and save it as 'CSV UTF-8'.",
         ),
         (
             b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
-            "keys.csv is a workbook (.xls), whatever its name says; open it in a "
+            "keys.csv is a workbook (.xls), in spite of its name; open it in a "
             "spreadsheet program, and save it as 'CSV UTF-8'.",
         ),
         (

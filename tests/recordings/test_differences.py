@@ -71,4 +71,4 @@ def test_of_carts_and_arms_each_kind_is_explained(arms: Path) -> None:
     assert lines[2].endswith("arms cart cart2")
     lines = [*why_lines(recording, recording.differences({"cart", "cart2"}))]
     assert lines[0].startswith("why they part from left, ")
-    assert lines[1:2] == ["right  2 rows are too few to tell why"]
+    assert lines[1:2] == ["right  2 rows are too few to find why"]

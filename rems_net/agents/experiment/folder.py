@@ -95,7 +95,7 @@ def own_folder(
 
 
 def put_manifest(told: Manifest, folder: Path) -> None:
-    """Write what a run says of itself into its folder. Raises ExperimentError."""
+    """Write the manifest of a run into its folder. Raises ExperimentError."""
     try:
         told.write(folder)
     except OSError as error:

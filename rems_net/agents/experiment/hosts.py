@@ -267,7 +267,7 @@ class Hosts:
         return name in self.processes and self.processes[name].death() is None
 
     def leave(self) -> None:
-        """Let every process close its agents and say farewell; then end it."""
+        """Let every process close its agents and send its farewell; then end it."""
         for process in self.processes.values():
             process.leave()
         self.end(END)

@@ -180,7 +180,7 @@ class Host:
             self.guard.start()
 
     def run(self, words: Mapping[str, Any]) -> str | None:
-        """Build, open, join, step until released, close, and say farewell.
+        """Build, open, join, step until released, close, and send a farewell.
 
         words: from `Hosts.words`: the agents, and their settings. Returns why it
         failed, if it did.

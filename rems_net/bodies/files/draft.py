@@ -212,9 +212,9 @@ class _Draft:
 
     def _summary(self, servos: bool) -> str:
         if not servos:
-            return "Its wheels turn as fast as they are told."
+            return "Its wheels turn at the commanded speeds."
         also = "" if all(not one.wheel for one in self._joints) else ", its wheels, too"
-        return f"Its joints go where they are told, at a share of their speed{also}."
+        return f"Its joints go to their commands, at a share of their speed{also}."
 
     def _model(self) -> str:
         told = ["FILE", "joints"]

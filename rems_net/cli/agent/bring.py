@@ -18,7 +18,7 @@ from rems_net.router.session import Session
 
 EXAMPLES = """\
 examples:
-  lab.toml says machine = "b" at some agents; on the laptop that runs it:
+  lab.toml has machine = "b" at some agents; on the laptop that runs it:
     rems run lab.toml
   on the other one, which needs no file for built-in parts:
     rems router use tcp/192.168.1.20

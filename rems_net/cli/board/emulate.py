@@ -35,10 +35,10 @@ examples:
   rems board emulate dynabot --port ./ttyServos
 
 Woodbots need an open fabric: `rems router serve`, here or on the teacher's
-laptop. Devices at a port need none. What goes wrong with them is typed here:
+laptop. Devices at a port need none. Type here what goes wrong with them:
 {TYPED}
-With `heard` behind it, a share is of what the device is told. What happens to
-one kind only, such as `lift` or `overload 2`, it lists when it starts.
+With `heard` behind it, a share is of the packets to the device. When it
+starts, it lists what can happen to one kind only, such as `lift` or `overload 2`.
 """
 ONE, FLEET = "woodbot", "woodbot-fleet"
 WHATS = (ONE, FLEET, *KNOWN)

@@ -20,7 +20,7 @@ examples:
   rems board flash woodbot-0.1.0.bin --baud 115200  for a bad cable
 
 woodbot-0.1.0.json has to be beside the image: its chip and its checksum.
-The robot keeps its settings. docs/firmware.md says how an image is made.
+The robot keeps its settings. docs/firmware.md shows how to make an image.
 """
 
 

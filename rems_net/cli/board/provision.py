@@ -42,7 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--router",
         action="append",
         metavar="ADDRESS",
-        help="as you have joined, unless told; again for a second; '' looks for one",
+        help="(default: the one you joined); again for a second; '' looks for one",
     )
     parser.add_argument(
         "--source", metavar="KEY", help="who may command it, such as input/keys"

@@ -52,7 +52,7 @@ class Maker(Generic[P]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> Field:
         try:
-            # Equal bytes are equal arguments: msgpack tells 1 from True, 0.0 from -0.0.
+            # Equal bytes are equal arguments: 1 and True differ, and 0.0 and -0.0.
             key = pack((args, kwargs))
             found = self._made.get(key)
         except (TypeError, ValueError, OverflowError):
@@ -118,7 +118,7 @@ def measure(measures: str, si: str) -> Measure:
         size = _shape(shape)
         if dtype and not size:
             raise SchemaError(
-                f"{name}(dtype={dtype!r}) is one float, whatever its dtype; for an "
+                f"{name}(dtype={dtype!r}) is one float of any dtype; for an "
                 f"array of them give shape=. (R0112)"
             )
         kind = (dtype or "f8") if size else "float"
@@ -212,7 +212,7 @@ def count(
     pairs = tuple(table)
     if means and not (pairs or functions):
         raise SchemaError(
-            f"count(means={means!r}) needs table= or functions= to say what a count "
+            f"count(means={means!r}) needs table= or functions= to name what a count "
             "is. (R0111)"
         )
     if pairs and functions:

@@ -245,7 +245,7 @@ def _put_list(out: bytearray, items: tuple[Any, ...], put: Put) -> None:
 
 @lru_cache(maxsize=2048)
 def _taker(tree: Tree) -> Take:
-    """Return what takes the leaves from a place of a message, and tells the next."""
+    """Return a function that reads leaves from a place, and returns the next place."""
     runs = list(_runs(tree))
     fixed = [
         None if run and _open(run[0][1]) else [_struct(run, at) for at in range(8)]

@@ -4,8 +4,8 @@ A schema of floats, booleans and arrays always has the same length, and between 
 values always the same bytes; its codec is one `struct` call each way, measured at a
 third of the time of msgpack. Any other schema goes through msgpack, and the compiled
 part checks all its types and limits in one expression; that the keys are those of the
-schema, in order, once each, is seen by packing again. What does not pass goes to the
-`Reader`, which accepts it after all or says exactly what is wrong.
+schema, in order, once each, is seen by packing again. A payload that fails goes to
+the `Reader`, which accepts it after all or reports exactly what is wrong.
 
 Both are written as Python. `encoder` is a method that reads its value's leaves itself;
 `decoder` is the lines that take the leaves out of a payload, for a function that then

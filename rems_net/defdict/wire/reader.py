@@ -122,7 +122,7 @@ def _list(field: Field, value: Any, where: str) -> tuple[Any, ...]:
 
 
 def longest(tree: Tree) -> int:
-    """Return the length of the longest payload, whoever encodes it."""
+    """Return the length of the longest payload of any encoder."""
     size = _HEAD
     for key, entry in tree.entries.items():
         size += _HEAD + len(key.encode())

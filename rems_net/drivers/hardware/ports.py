@@ -50,7 +50,7 @@ def refusal(device: str, error: Exception) -> str:
     if denied and sys.platform != "win32":
         return f"you may not open {device}. {_permit(device)}"
     if denied or number in (errno.EBUSY, errno.EAGAIN) or "lock" in said:
-        which = "" if sys.platform == "win32" else f" Which one, says: lsof {device}"
+        which = "" if sys.platform == "win32" else f" To find it, type: lsof {device}"
         return (
             f"another program uses {device}: a serial monitor, a page in a browser, "
             f"another `rems`. Close it, and try again.{which}"
@@ -65,7 +65,7 @@ def there_are() -> str:
     found = ports()
     usb = [port.device for port in found if port.usb]
     each = ", ".join(usb or [port.device for port in found[:8]])
-    which = f"{each}. What answers there, says: rems board ports."
+    which = f"{each}. To see what answers, type: rems board ports."
     if usb:
         return f"There are: {which}"
     return (

@@ -184,7 +184,7 @@ class OriginalFirmware(Driven):
             came = ", ".join(repr(one.data[:20]) for one in said) or "nothing"
             raise NoDeviceError(
                 f"what answers at {self.options.url} is no Woodbot with the class's "
-                f"first firmware: asked for its sensors, it said {came}. Check the "
+                f"first firmware: asked for its sensors, it sent {came}. Check the "
                 "address and the port"
             )
         name = said[1].data.decode(errors="replace") if len(said) > 2 else "nameless"
@@ -192,7 +192,7 @@ class OriginalFirmware(Driven):
             raise NoDeviceError(
                 f"{self.options.url} is {name!r}, and {self.options.hostname!r} is "
                 "meant. It may have another address today: the router's list of who is "
-                "in the Wi-Fi tells it"
+                "in the Wi-Fi shows it"
             )
 
     def _nobody(self, error: OSError) -> str:

@@ -48,7 +48,7 @@ def unclear_by_state(state: Schema) -> dict[str, str]:
         if si := _si_instead_of(unit := field.unit):
             found[path] = (
                 f"the state has it in {unit}: that could be in {si}/s or in {unit}/s. "
-                f'Say which, such as "0.5 {si}/s" or 30 * {_code(unit)} / s, or have '
+                f'Name it, such as "0.5 {si}/s" or 30 * {_code(unit)} / s, or have '
                 f"it in {si}: {SI[si]}()."
             )
     return found

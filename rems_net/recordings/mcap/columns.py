@@ -108,7 +108,7 @@ def _parsed(
     every = [(path, one) for path, one in schema.rows() if wanted in ("", path)]
     if (layout := codec.layout) is not None:
         if any(len(one) != layout.itemsize for one in messages):
-            raise ValueError("a message is not as long as its schema says")
+            raise ValueError("a message does not have the length of its schema")
         rows = np.frombuffer(b"".join(messages), layout)
         return dict(_split(every, [rows[path] for path, _ in every], only))
     places = [schema.paths.index(path) for path, _ in every]

@@ -1,4 +1,4 @@
-"""What is in an MCAP file, as a screen of text."""
+"""Contents of an MCAP file, as a screen of text."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def describe(file: McapFile) -> Iterator[str]:
         f"{n} {kind if n == 1 else many.get(kind, f'{kind}s')}"
         for kind, n in agents.items()
     ]
-    name = told.experiment or "an experiment that says nothing of itself"
+    name = told.experiment or "an experiment without a name"
     yield f"what  {'; '.join([name, *counted, f'seed {told.seed}'])}"
     end = max((one.end for one in file.chunks), default=0) / 1e9
     steps = f", in ticks of {told.dt:g} s" if told.dt else ""

@@ -71,7 +71,7 @@ class McapFile:
 
     @contextmanager
     def readable(self) -> Iterator[None]:
-        """Raise ExperimentError for whatever is wrong with the file."""
+        """Raise ExperimentError for anything wrong with the file."""
         try:
             yield
         except FileNotFoundError:
@@ -89,7 +89,7 @@ class McapFile:
             ) from None
 
     def _summary(self) -> tuple[list[Channel], dict[int, int]]:
-        """Read what the file says at its end. Raises ValueError, OSError."""
+        """Read the summary at the end of the file. Raises ValueError, OSError."""
         channels: list[Channel] = []
         counts: dict[int, int] = {}
         with self.path.open("rb") as file:
@@ -149,7 +149,7 @@ class McapFile:
     # -- what was run ------------------------------------------------------------
 
     def about(self) -> dict[str, Any]:
-        """Return what the file says of its experiment: name, dt, seed, agents ..."""
+        """Return what the file has of its experiment: name, dt, seed, agents ..."""
         with self.readable(), self.path.open("rb") as file:
             for at, length, name in self._told:
                 if name == EXPERIMENT:
@@ -291,6 +291,6 @@ class McapFile:
         opcode, size = mcap.HEAD.unpack_from(record)
         begin = mcap.HEAD.size
         if opcode != mcap.CHUNK or begin + size != chunk.length:
-            raise ValueError("a chunk is not where the index says")
+            raise ValueError("a chunk is not where the index has it")
         data, _, _ = opened(record[begin : chunk.length], self.path.name)
         return record, data

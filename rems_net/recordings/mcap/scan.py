@@ -31,7 +31,7 @@ def is_whole(path: Path) -> bool:
 def finish(path: Path) -> bool:
     """Give a file whose writer was killed its summary and its end.
 
-    Returns False if it has them. What is behind the last whole chunk is cut off.
+    Returns False if it has them. Bytes behind the last whole chunk are cut off.
     Raises OSError, and ExperimentError for a file that is no recording.
     """
     if is_whole(path):
@@ -73,7 +73,7 @@ def check_magic(file: IO[bytes], shown: str) -> None:
         )
     if begin != mcap.MAGIC:
         raise ExperimentError(
-            f"{shown} is no MCAP file, whatever its name says; expected "
+            f"{shown} is no MCAP file, in spite of its name; expected "
             "the run.mcap of a run. (R0805)"
         )
 

@@ -88,7 +88,7 @@ def _short(field: str) -> str:
 
 
 def _alike(one: Parting) -> str:
-    few = f"{one.rows} rows are too few to tell why"
+    few = f"{one.rows} rows are too few to find why"
     same = "the same" if one.rms < SAME else "they agree"
     return few if one.rms and one.rows < FEW else same
 

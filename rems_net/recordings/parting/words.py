@@ -80,7 +80,7 @@ def look(name: str, numbers: Mapping[str, Array], both: Both, case: Case) -> str
 
 
 DRIVE = {
-    "told": "what each was told: rems plot DIR command",
+    "told": "the commands of each: rems plot DIR command",
     "start": "where they start: `initial` of both",
     "all": "wheel_radius, the speed of wheels at one command, units",
     "way": "wheel_radius and track, wheels that slip, what it pushes",
@@ -187,14 +187,14 @@ def _told(both: Both, case: Case) -> str:
         stands &= not np.any(other[rows])
     since = f"from {both.time[first]:.2f} s on"
     if delay := _delayed(both):
-        return f"is told the same {_time(delay)} later"
+        return f"receives the same commands {_time(delay)} later"
     if stands:
-        return f"is told to stand while {both.a.name} is not, {since}"
+        return f"is commanded to stand while {both.a.name} is not, {since}"
     if case.started and np.any(
         (case.b.points - case.a.points)[case.a.time < both.time[first]]
     ):
         since += ", when they had parted"
-    return f"is not told the same {since}: {where}"
+    return f"does not receive the same commands {since}: {where}"
 
 
 def _delayed(both: Both) -> float:

@@ -38,7 +38,7 @@ def cannot_open(link: Link, error: Exception) -> FabricError:
         return NoRouterError(
             f"No router answers at {link.endpoint}. Start one there (`rems router "
             "serve` or `python -m rems_net.router`; that of a `rems run` takes its "
-            "own machine only); `rems why` says more. If that was the class's, and "
+            "own machine only); `rems why` shows more. If that was the class's, and "
             "you are not there, type: rems router forget (R0601)"
         )
     if who := stranger(link.endpoint):

@@ -21,8 +21,8 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
     methods = ("exchange", "drive") if subject.driven else ("drive", "body")
     says = [name for name in ("derivative", "advance") if hasattr(robot, name)]
     outcome.wrong(
-        expected=f"{found.field} within {found.allowed:.1%} of what "
-        f"{lines.method(robot, *says)} says, as {subject.definition.__name__}"
+        expected=f"{found.field} within {found.allowed:.1%} of the "
+        f"value by {lines.method(robot, *says)}, as {subject.definition.__name__}"
         ".tolerance allows, when it is driven slowly",
         came=f"told {found.command}, it is {found.is_at:.4g} {found.unit} after "
         f"{found.after:.2g} s, and the model {found.should:.4g} {found.unit}: "
@@ -39,6 +39,6 @@ def _stated(found: Agreement) -> str:
     if above is None:
         return ""
     return (
-        "; or, if it is meant so, say it in the definition:\n"
+        "; or, if it is meant so, put it in the definition:\n"
         f"    tolerance = {{{found.field!r}: {above:g}}}"
     )

@@ -74,7 +74,7 @@ def refuses(subject: Subject, outcome: Outcome) -> None:
             expected=f"command {path} = {value!r} to be refused: {why}",
             came=came,
             where=lines.method(robot, "command", "prepare", "__init__"),
-            type="command = In(Schema(...))  # a port checks by itself what it is told",
+            type="command = In(Schema(...))  # a port checks its values by itself",
         )
     for slot in ("parameters", "options", "initial"):
         count += 1

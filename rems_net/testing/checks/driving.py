@@ -64,7 +64,7 @@ def _seconds(subject: Subject) -> float:
 
 def _each(subject: Subject, seconds: float) -> str:
     if subject.driven:
-        return f"told every {seconds * 1e3:.0f} ms"
+        return f"a command every {seconds * 1e3:.0f} ms"
     if seconds < 1e-3:
         return f"{seconds * 1e6:.0f} us a step"
     return f"{seconds * 1e3:.1f} ms a step"
@@ -76,7 +76,7 @@ def _sensed(robot: Robot) -> Any:
 
 def _nothing(robot: Robot, count: int, outcome: Outcome) -> None:
     outcome.wrong(
-        expected="the state to change when it is told to move",
+        expected="the state to change when it is commanded to move",
         came=f"{count} commands, and nothing in the state changes",
         where=lines.method(robot, "drive", "exchange", "derivative"),
         type="self.state.x += command.speed * dt  # in drive(self, command, dt)"
@@ -140,7 +140,7 @@ def senses(subject: Subject, outcome: Outcome) -> None:
             _twice(robot, where, outcome)
         if first and not changed:
             outcome.notes.append(
-                "no sensor ever says anything but what it said at first: does sense() "
+                "no sensor ever has another value than at first: does sense() "
                 f"set self.sensors? {lines.method(robot, 'sense', 'measure')}"
             )
         outcome.remark = (
@@ -158,7 +158,7 @@ def _twice(robot: Robot, where: Bench, outcome: Outcome) -> None:
         for path in one:
             if not _same(one[path], other[path]):
                 outcome.wrong(
-                    expected="sense() to read: looking twice says the same twice, "
+                    expected="sense() to read: reading twice gives the same twice, "
                     "since no time has passed",
                     came=f"{port} {path} was {one[path]}, and is {other[path]} when it "
                     "is asked again",

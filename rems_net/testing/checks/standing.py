@@ -18,7 +18,7 @@ STANDS = 0.1
 WATCHED = 0.3
 #: s. Additional time for a busy computer and a device.
 BUSY = 3.0
-SILENCE, OLD, STOP = "no tick comes any more", "what it is told is old", "STOP is put"
+SILENCE, OLD, STOP = "no tick comes any more", "its command is old", "STOP is put"
 
 
 @dataclass
@@ -47,10 +47,10 @@ def stops_in_wall_time(subject: Subject, outcome: Outcome) -> None:
         for why in (SILENCE, OLD, STOP):
             if not _obeys(robot, where, values):
                 outcome.wrong(
-                    expected="it to obey what it is told anew, after it had stopped",
+                    expected="it to obey a new command, after it had stopped",
                     came=f"{robot.figures()['safe']}, {BUSY:g} s long",
                     where=lines.method(robot, "exchange", "connect"),
-                    type="return what the device says from exchange(); a WireError or "
+                    type="return what the device sends from exchange(); a WireError or "
                     "a TimeoutError is for a reply that does not fit, or is late",
                 )
                 return
@@ -100,7 +100,7 @@ def _stands(
     if not robot.figures()["safe"]:
         outcome.wrong(
             expected=f"its device thread to put the safe command when {why}",
-            came=f"it obeys what it was told, {robot.max_age + BUSY:g} s later still",
+            came=f"it obeys its last command, {robot.max_age + BUSY:g} s later still",
             where=lines.method(robot, "figures", "drive", "exchange"),
             type="leave drive() and open() to Driven, and write exchange()",
         )

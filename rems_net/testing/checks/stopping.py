@@ -29,7 +29,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
     if not still:
         outcome.notes.append(
             "its safe command, the defaults of its command, is no standstill: it goes "
-            "on when nobody tells it anything."
+            "on when no command comes."
         )
     for put_stop in (False, True):
         with subject.opened() as robot:
@@ -42,7 +42,7 @@ def stops(subject: Subject, outcome: Outcome) -> None:
                 again: dict[str, Any] | None = values
                 where.run(values, where.dt)
             else:
-                why = f"nobody told it anything for {robot.max_age:g} s (max_age)"
+                why = f"no command came for {robot.max_age:g} s (max_age)"
                 again = None
                 where.cease(robot.max_age + 2 * where.dt)
             _is_safe(robot, why, outcome)

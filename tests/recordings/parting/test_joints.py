@@ -98,7 +98,8 @@ def test_another_aim(write: Write) -> None:
     found = write(None, a=arm(ONE), b=arm(follow(aim), aim=aim)).why()
     assert found.causes[0].kind == "told"
     assert found.causes[0].share > 0.8
-    assert "not told the same from 6.05 s on: joint/1 0.6, not 0.2 rad" in found.line
+    assert "does not receive the same commands from 6.05 s on: " in found.line
+    assert "s on: joint/1 0.6, not 0.2 rad" in found.line
 
 
 def test_one_that_misses_its_aim(write: Write) -> None:

@@ -136,7 +136,8 @@ def test_stopped(write: Write, seed: int, place: Array, begin: int) -> None:
     start = {"a": place, "b": place}
     found = write(start, a=drive(command, place), b=drive(other, place)).why()
     assert only(found)[0] == "told"
-    assert f"is told to stand while a is not, from {TIME[begin]:.2f} s" in found.line
+    since = f"from {TIME[begin]:.2f} s"
+    assert f"is commanded to stand while a is not, {since}" in found.line
 
 
 @few
@@ -253,7 +254,7 @@ def test_a_few_rows_tell_nothing(write: Write) -> None:
     for path in recording.files:
         path.write_text("".join(path.read_text().splitlines(keepends=True)[:6]))
     found = read(recording.folder).why()
-    assert found.line == "5 rows are too few to tell why"
+    assert found.line == "5 rows are too few to find why"
     assert not found.causes
 
 

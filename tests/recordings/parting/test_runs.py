@@ -57,9 +57,9 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 TOLD = {
     "again": "the same",
     "aside": "100 %  starts 50 mm away",
-    "other": "100 %  is not told the same from 2.02 s on: wheel/right 4.38, not "
-    "5.11 rad/s",
-    "stopped": "100 %  is told to stand while kinematic is not, from 5.02 s on",
+    "other": "100 %  does not receive the same commands from 2.02 s on: "
+    "wheel/right 4.38, not 5.11 rad/s",
+    "stopped": "100 %  is commanded to stand while kinematic is not, from 5.02 s on",
     "track": "100 %  turns 0.908 times as much",  # 112.6 mm / 124 mm
     "wheels": "100 %  goes and turns 1.05 times as much",
 }

@@ -46,7 +46,7 @@ from rems_net.router.session import Session
 #: Number of lines of agents, of files and of addresses that are shown.
 MOST = 20
 #: The failure that a run learns of a machine that refuses an offer.
-REFUSED = "does not bring what it was asked for; its own screen says why"
+REFUSED = "does not bring what it was asked for; its own screen shows why"
 
 
 class Brought(Hosts):

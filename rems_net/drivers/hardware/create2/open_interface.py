@@ -175,7 +175,7 @@ class OpenInterface(SerialDriven):
             if wall() > until:
                 self._doubt = True
                 raise TimeoutError(
-                    "it does not say that it stands"
+                    "it does not report that it stands"
                     if frames
                     else f"no frame of its sensors for {self.timeout * 1e3:g} ms"
                 )
@@ -214,7 +214,7 @@ class OpenInterface(SerialDriven):
             found: dict[str, Mapping[str, Any]] = {"status": readings.status(values)}
         except IndexError:
             raise WireError(
-                f"it says that it is in mode {values['mode']}, and charging in state "
+                f"it reports mode {values['mode']}, and charging in state "
                 f"{values['charging']}: there are none such"
             ) from None
         has = self.published()

@@ -81,7 +81,7 @@ def hear_first(line: Line, stream: Stream, port: str, closely: bool) -> None:
     if closely and (other := _elsewhere(line)):
         raise NoDeviceError(
             f"no Create 2 answers at {port} at {baud} bits per second, but one does at "
-            f"{other}. Say options = {{ baud = {other} }}."
+            f"{other}. Set options = {{ baud = {other} }}."
         )
     if heard:
         raise NoDeviceError(

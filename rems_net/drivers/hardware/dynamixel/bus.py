@@ -226,7 +226,7 @@ class Bus:
     def _damaged(self, servo: int, error: int) -> None:
         """Raise WireError if the servo reports that our packet was damaged."""
         if error & ~ALERT == table.DAMAGED:
-            raise WireError(f"{self.name(servo)} heard a damaged packet")
+            raise WireError(f"{self.name(servo)} received a damaged packet")
 
 
 def _said(error: int) -> str:

@@ -86,7 +86,7 @@ def _none(bus: Bus, needed: list[int], models: Mapping[int, str]) -> str:
         )
         return (
             f"no servo answers at {bus.port} at {asked} bits per second, but "
-            f"{bus.name(servo)} does at {baud}. Say options = {{ baud = {baud} }}, or "
+            f"{bus.name(servo)} does at {baud}. Set options = {{ baud = {baud} }}, or "
             f"set the Baud Rate of the servos to {asked} with DYNAMIXEL Wizard."
             + (other if {*there} != {*needed} else "")
         )

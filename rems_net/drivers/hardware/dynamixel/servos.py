@@ -189,7 +189,7 @@ class Servos(SerialDriven):
         while self.bus.ping(servo, tries=1) is None:
             if wall() > until:
                 raise NoDeviceError(
-                    f"{self.bus.name(servo)} has been told to start anew, and is "
+                    f"{self.bus.name(servo)} was commanded to start anew, and is "
                     f"silent for {REBOOT:g} s. Switch its power off and on."
                 )
 
@@ -267,7 +267,7 @@ class Servos(SerialDriven):
             raise OSError(f"the watchdog of {bus.name(servo)} has stopped it")
         if self.goal.unpack(data, first) != goals[servo]:
             raise WireError(
-                f"{bus.name(servo)} obeys something else than it was told: that was "
+                f"{bus.name(servo)} obeys another command than it was sent: it was "
                 "damaged on its way"
             )
         volts = table.VOLTAGE.unpack(data, first)

@@ -135,7 +135,7 @@ DAMAGED = 3
 ERRORS = {
     1: "it failed to do so",
     2: "it does not know the instruction",
-    3: "it heard a damaged packet",
+    3: "it received a damaged packet",
     4: "the value is out of its range",
     5: "the value has the wrong length",
     6: "the value is beyond a limit that is set in the servo",
