@@ -23,7 +23,7 @@ for i in range({robots}):
 lab.run("out")
 """
 #: s. A run begins within this time.
-PATIENCE = 60.0
+START_TIMEOUT = 60.0
 
 
 def began(stack: ExitStack, robots: int, pace: float | str = 1) -> tuple[Fabric, Path]:
@@ -37,7 +37,7 @@ def began(stack: ExitStack, robots: int, pace: float | str = 1) -> tuple[Fabric,
     text = SCRIPT.format(name=NAME, pace=pace, robots=robots)
     (folder / "lab.py").write_text(text, encoding="utf-8")
     started(stack, folder, "lab.py")
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + START_TIMEOUT
     while time.monotonic() < end:
         try:
             fabric = join(NAME)

@@ -24,7 +24,7 @@ from rems_net.router.mail import Mail
 
 ROOT = Path(__file__).parents[2]
 #: s. Longest time for one STOP.
-PATIENCE = 10.0
+STOP_TIMEOUT = 10.0
 
 
 def main() -> None:
@@ -58,8 +58,8 @@ def main() -> None:
             came.clear()
             begun = time.perf_counter()
             socket.send(json.dumps({"do": "stop", "id": number}))
-            if not came.wait(PATIENCE):
-                raise SystemExit(f"STOP did not come in {PATIENCE:g} s")
+            if not came.wait(STOP_TIMEOUT):
+                raise SystemExit(f"STOP did not come in {STOP_TIMEOUT:g} s")
             times.append(1000 * (at - begun))
             while True:  # until the robots have answered
                 text = socket.recv(20)

@@ -10,7 +10,7 @@ from rems_net.cable.splitter import Piece, Splitter
 from rems_net.errors import FabricError, WireError
 
 #: s that an answer may take.
-PATIENCE = 5.0
+ANSWER_TIMEOUT = 5.0
 #: s that a robot may take to join a network; it gives up after 25 s.
 JOINING = 30.0
 
@@ -58,7 +58,7 @@ class Console:
         self._waiting.clear()
         self.write(b"\n" + command.encode() + b"\n")
         lines: list[str] = []
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + ANSWER_TIMEOUT
         while True:
             piece = self._next(until, "text")
             text = piece.content.decode(errors="replace")
@@ -175,7 +175,7 @@ class Console:
         self._waiting.clear()
         self.write(request)
         found: list[Sequence[str]] = []
-        until = time.monotonic() + (JOINING if many else PATIENCE)
+        until = time.monotonic() + (JOINING if many else ANSWER_TIMEOUT)
         while True:
             kind, data = self._packet(until)
             if kind is not Kind.RESULT:

@@ -40,7 +40,7 @@ BUSY = 3.0
 #: keys at which a clock answers
 CLOCK = (("clock", "roster"), ("clock", "tick"))
 #: s. Longest time for a verb.
-PATIENCE = 10.0
+ANSWER_TIMEOUT = 10.0
 
 
 class UnansweredError(FabricError):
@@ -143,7 +143,7 @@ class Client:
             lambda mail: read_result(mail, key),
             f"{key} does not answer",
             request(args, kwargs),
-            BUSY if key == "clock" else PATIENCE,
+            BUSY if key == "clock" else ANSWER_TIMEOUT,
         )
         if isinstance(returned, RemsError):
             raise returned
@@ -156,7 +156,7 @@ class Client:
         gathered = Gathered(read)
         bare = glob.partition("?")[0]
         one = "*" not in bare
-        with self.session.asking(glob, None, PATIENCE) as asking:
+        with self.session.asking(glob, None, ANSWER_TIMEOUT) as asking:
             until = time.monotonic() + HELD
             while gathered.take(asking, until) is not None:
                 if one:
@@ -202,9 +202,9 @@ class Client:
         chunks = glob.split("/")[:3]
         agents = "/".join(chunks) if "**" not in chunks else self.session.key("*", "*")
         heard = Gathered(read_schemas)
-        with self.session.asking(f"{agents}/@schema", None, PATIENCE) as second:
+        with self.session.asking(f"{agents}/@schema", None, ANSWER_TIMEOUT) as second:
             last = time.monotonic()
-            limit = last + PATIENCE
+            limit = last + ANSWER_TIMEOUT
             while missing and (now := time.monotonic()) < min(last + SILENCE, limit):
                 before = len(gathered.values), len(missing)
                 for came in second.come():

@@ -13,7 +13,7 @@ from rems_net.router.find import credentials, fabrics
 from rems_net.router.finding.address import is_here
 from rems_net.router.finding.interfaces import tunnels
 from rems_net.router.finding.scouting import scout
-from rems_net.router.finding.way import PATIENCE, trouble, tunnel_to
+from rems_net.router.finding.way import CONNECT_TIMEOUT, trouble, tunnel_to
 from rems_net.router.gate.refusal import listens
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -100,7 +100,9 @@ def _there(endpoint: str) -> Iterator[Finding]:
             "may be shorter",
         )
     user, password = credentials(endpoint)
-    session = Session(Link(endpoint, timeout=PATIENCE, user=user, password=password))
+    session = Session(
+        Link(endpoint, timeout=CONNECT_TIMEOUT, user=user, password=password)
+    )
     try:
         session.open()
     except FabricError as error:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from rems_net.client.fabric import Fabric
 
 #: s. Time for a robot to answer a claim of its lease.
-PATIENCE = 2.0
+CLAIM_TIMEOUT = 2.0
 #: s. Time between two claims: a lease ends after 1 s without one.
 RENEWAL = 0.25
 #: s. A hand that holds its stick still reports it so often: a robot obeys a command for
@@ -129,8 +129,8 @@ class Driving:
             raise FabricError(f"{self.key}: {self.refused}")
         if not (self.drives or self.other):
             raise FabricError(
-                f"{self.key} did not answer for {PATIENCE:g} s; it is frozen or cut "
-                f"off. Type: rems why {self.key} (R0602)"
+                f"{self.key} did not answer for {CLAIM_TIMEOUT:g} s; it is frozen or "
+                f"cut off. Type: rems why {self.key} (R0602)"
             )
 
     def _ports(self, schemas: Mapping[str, Schema]) -> tuple[Schema, str]:
@@ -159,8 +159,8 @@ class Driving:
     def _ask(self) -> None:
         session = self._fabric.session
         claim = pack((self._badge, self._by))
-        with session.asking(self._lease, claim, PATIENCE) as asking:
-            came = asking.next(time.monotonic() + PATIENCE)
+        with session.asking(self._lease, claim, CLAIM_TIMEOUT) as asking:
+            came = asking.next(time.monotonic() + CLAIM_TIMEOUT)
         if isinstance(came, Refusal):
             self.refused = str(came)
         elif isinstance(came, Mail):
@@ -171,7 +171,7 @@ class Driving:
         if not self.taken:
             claim = pack((self._badge, self._by))
             session = self._fabric.session
-            session.ask_at_once(self._lease, self._granted, PATIENCE, claim)
+            session.ask_at_once(self._lease, self._granted, CLAIM_TIMEOUT, claim)
 
     def send(
         self,

@@ -36,7 +36,7 @@ from rems_net.router.message import BADGES, Stamp, machine, pack, pack_stamp, re
 from rems_net.router.session import Session
 
 #: s. If the robot's fabric has not answered for this long, the robot counts as lost.
-PATIENCE = 2.0
+ANSWER_TIMEOUT = 2.0
 #: s. At the end we wait this long for the answer; other agents wait for our exit.
 FAREWELL = 0.3
 #: characters of a holder's name; a board has room for this many
@@ -92,7 +92,7 @@ class Remote(Driven):
     def rewind(self) -> None:
         """Reset the robot in its own fabric, to that fabric's initial pose."""
         if self._session is not None:
-            self.perform(self._reset_there, PATIENCE)
+            self.perform(self._reset_there, ANSWER_TIMEOUT)
         super().rewind()
 
     @property
@@ -114,7 +114,9 @@ class Remote(Driven):
         try:
             self._session = session = self._find()
             command = self._compare(session)
-            for mail in session.ask(*self._claim(self._holder), PATIENCE, first=True):
+            for mail in session.ask(
+                *self._claim(self._holder), ANSWER_TIMEOUT, first=True
+            ):
                 self._granted(mail)
             if not (self._is_reset or self._taker):
                 self._reset_there()
@@ -153,7 +155,7 @@ class Remote(Driven):
         Raises FabricError if the robot is not there, SchemaError or ConversionError if
         its ports differ from ours.
         """
-        told = session.ask(f"{self._key}/@schema", None, PATIENCE, first=True)
+        told = session.ask(f"{self._key}/@schema", None, ANSWER_TIMEOUT, first=True)
         if not told:
             raise FabricError(self._absent(session))
         wires = read(told[0].payload)
@@ -180,8 +182,8 @@ class Remote(Driven):
         there = sorted(name for name in seen if is_name(name))
         if name in there:
             return (
-                f"{self._key} is there, and has not answered for {PATIENCE:g} s: it is "
-                "frozen or cut off. Start it anew where it runs, or take another "
+                f"{self._key} is there, and has not answered for {ANSWER_TIMEOUT:g} s: "
+                "it is frozen or cut off. Start it anew where it runs, or take another "
                 "robot. (R0310)"
             )
         known, bring = standing(session), "type"
@@ -214,11 +216,11 @@ class Remote(Driven):
             )
         self._count += 1
         self._silent += 1
-        if self._silent > self.rate * PATIENCE:
-            raise OSError(f"{self._key} has not answered for {PATIENCE:g} s")
+        if self._silent > self.rate * ANSWER_TIMEOUT:
+            raise OSError(f"{self._key} has not answered for {ANSWER_TIMEOUT:g} s")
         if self._count % CLAIM == 0:
             key, claim = self._claim(self._holder)
-            session.ask_at_once(key, self._granted, PATIENCE, claim)
+            session.ask_at_once(key, self._granted, ANSWER_TIMEOUT, claim)
         came = {port: self._news.pop(port, None) for port in self._outs}
         if newest := came.get("state"):
             self._stamp = newest[1]
@@ -248,7 +250,7 @@ class Remote(Driven):
     def _reset_there(self) -> None:
         if self._session is not None:
             key = f"{self._key}/@call/reset"
-            self._session.ask(key, request((), {}), PATIENCE, first=True)
+            self._session.ask(key, request((), {}), ANSWER_TIMEOUT, first=True)
             self._news.clear()
 
     # -- in threads of the session -----------------------------------------------

@@ -38,7 +38,7 @@ PORT, CLIENTS = 8181, 5
 #: s. The calls of delay() in its setup().
 STARTING = 6.0
 #: s. Without a command for so long it stops, if "driving" is mended.
-PATIENCE = 0.5
+COMMAND_TIMEOUT = 0.5
 DRIVE, SENSORS = ord("~"), ord("S")
 REST = 90
 #: us. Pulses of ESP32Servo at 0 and 180 degrees, and of a servo at rest.
@@ -109,7 +109,7 @@ class OriginalWoodbot:
         self._up += dt
         self._heard += dt
         moves = self._told != (REST, REST)
-        if moves and self._heard > PATIENCE and "driving" not in self.quirks:
+        if moves and self._heard > COMMAND_TIMEOUT and "driving" not in self.quirks:
             self._drive(REST, REST)
         self._robot.command = self.wheels
         self._robot.drive(self._robot.command, dt)

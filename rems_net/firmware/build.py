@@ -24,7 +24,7 @@ FLAGS = ("-std=c11", "-O2", "-shared")
 #: Printed before compiling, which takes a while.
 COMPILING = "compiles the firmware, once for these sources"
 #: s that the compiler may take.
-PATIENCE = 120.0
+COMPILE_TIMEOUT = 120.0
 ENDINGS = {"win32": ".dll", "darwin": ".dylib"}
 
 
@@ -109,8 +109,8 @@ def compile_into(made: Path, files: list[Path]) -> None:
                 new.replace(made)
     except subprocess.TimeoutExpired:
         raise MissingPartError(
-            f"The C compiler {command[0]} took longer than {PATIENCE:g} s for the "
-            "firmware, and was ended. Try it once more. (R0709)"
+            f"The C compiler {command[0]} took longer than {COMPILE_TIMEOUT:g} s for "
+            "the firmware, and was ended. Try it once more. (R0709)"
         ) from None
     except OSError as error:
         raise MissingPartError(
@@ -120,13 +120,13 @@ def compile_into(made: Path, files: list[Path]) -> None:
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
-    """Run a compiler to its end. Raises TimeoutExpired after PATIENCE."""
+    """Run a compiler to its end. Raises TimeoutExpired after COMPILE_TIMEOUT."""
     return subprocess.run(
         words,
         capture_output=True,
         text=True,
         errors="replace",
-        timeout=PATIENCE,
+        timeout=COMPILE_TIMEOUT,
         check=False,
     )
 

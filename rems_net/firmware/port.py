@@ -47,9 +47,9 @@ def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
         return _build_beside(source, made, tell)
     except subprocess.TimeoutExpired as error:
         raise MissingPartError(
-            f"{error.cmd[0]} took longer than {build.PATIENCE:g} s for the firmware, "
-            "and was ended. Try it once more, or without zenoh-pico: rems board "
-            "emulate ... --library (R0709)"
+            f"{error.cmd[0]} took longer than {build.COMPILE_TIMEOUT:g} s for the "
+            "firmware, and was ended. Try it once more, or without zenoh-pico: "
+            "rems board emulate ... --library (R0709)"
         ) from None
     except OSError as error:
         raise MissingPartError(

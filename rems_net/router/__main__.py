@@ -10,8 +10,8 @@ from rems_net.errors import RemsError
 from rems_net.router.find import VARIABLE
 from rems_net.router.finding.address import PORT, host_and_port, is_here, to_endpoint
 from rems_net.router.gate.users import load
-from rems_net.router.keeper import class_router
 from rems_net.router.message import machine
+from rems_net.router.stop_store import class_router
 
 EXAMPLES = f"""\
 On every laptop: {VARIABLE}=tcp/<this machine>:{PORT} rems run ...

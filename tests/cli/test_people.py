@@ -195,7 +195,7 @@ def test_the_teacher_sees_who_comes_and_what_they_run(
 def test_without_a_class_nobody_has_a_name(rems: Run) -> None:
     at = f"tcp/127.0.0.1:{free_port()}"
     code = (
-        "import sys; from rems_net.router.keeper import class_router\n"
+        "import sys; from rems_net.router.stop_store import class_router\n"
         f"with class_router({at!r}): print(flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(

@@ -19,7 +19,7 @@ from websockets.sync.client import ClientConnection, connect
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
 #: s. A page shows what is waited for within this time, also on a busy machine.
-PATIENCE = 30.0
+TIMEOUT = 30.0
 
 
 class Browser:
@@ -42,7 +42,7 @@ class Browser:
         words = {"id": number, "method": method, "params": params}
         self._socket.send(json.dumps(words))
         while True:
-            found = json.loads(self._socket.recv(PATIENCE))
+            found = json.loads(self._socket.recv(TIMEOUT))
             if found.get("id") == number:
                 assert "error" not in found, found["error"]
                 return found["result"]
@@ -76,7 +76,7 @@ class Browser:
 
     def until(self, code: str) -> Any:
         """Return the value of an expression once it is true."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while time.monotonic() < end:
             if found := self.run(code):
                 return found

@@ -13,8 +13,8 @@ import pytest
 import zenoh
 
 from rems_net.router.finding.address import PORT
-from rems_net.router.keeper import LEASE
 from rems_net.router.settings import Link
+from rems_net.router.stop_store import LEASE
 from tests.agents.runs import free_port, until
 from tests.pages import rems, started
 

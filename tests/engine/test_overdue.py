@@ -51,7 +51,7 @@ lab.run()
 @pytest.fixture(autouse=True)
 def soon(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Wait for 0.2 s only; no thread is left behind."""
-    monkeypatch.setattr(overdue, "PATIENCE", 0.2)
+    monkeypatch.setattr(overdue, "REPORT_AFTER", 0.2)
     yield
     assert "overdue" not in {thread.name for thread in threading.enumerate()}
 
@@ -151,7 +151,9 @@ def test_quick_methods_are_left_alone(capsys: pytest.CaptureFixture[str]) -> Non
 def test_in_a_process(tmp_path: Path) -> None:
     """A host warns on the screen of its run; its script is read by the host, too."""
     text = slow('        return {"v"', "time.sleep(1.5 * (tick.n == 3))")
-    text += "\nfrom rems_net.agents.background import overdue\noverdue.PATIENCE = 0.2\n"
+    text += (
+        "\nfrom rems_net.agents.background import overdue\noverdue.REPORT_AFTER = 0.2\n"
+    )
     line = text.splitlines().index("        time.sleep(1.5 * (tick.n == 3))") + 1
     assert script(tmp_path, text + LAB) == (
         0,

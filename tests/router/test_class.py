@@ -11,11 +11,11 @@ from rems_net.errors import FabricError
 from rems_net.router.gate.classlist import load_class
 from rems_net.router.gate.standing import Standing, check_member, check_sees, standing
 from rems_net.router.gate.users import Users
-from rems_net.router.keeper import FABRICS, class_router
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
+from rems_net.router.stop_store import FABRICS, class_router
 from tests.agents.runs import free_port, until
 from tests.router.conftest import asks, empty
 

@@ -10,9 +10,9 @@ import pytest
 from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.classlist import load_class, slips_of, typed
 from rems_net.router.gate.standing import Standing, standing
-from rems_net.router.keeper import class_router
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
+from rems_net.router.stop_store import class_router
 from tests.agents.runs import free_port
 
 #: cells of a table as a spreadsheet writes them, and the user each one becomes

@@ -16,7 +16,7 @@ from rems_net.events import warn
 from rems_net.uncaught import is_users
 
 #: s. A method that takes longer before the first tick is reported: most need 1 ms.
-PATIENCE = 5.0
+REPORT_AFTER = 5.0
 #: Number of checks in that time.
 LOOKS = 10
 
@@ -45,7 +45,7 @@ def _look(
     """Compare the running method with that of the last check, until `done`."""
     seen: FrameType | None = None
     looks = 0
-    while not done.wait(PATIENCE / LOOKS) and not over():
+    while not done.wait(REPORT_AFTER / LOOKS) and not over():
         method = _method(sys._current_frames().get(thread), caller)
         looks = looks + 1 if method is seen else 0
         seen = method
@@ -76,7 +76,7 @@ def _report(method: FrameType, caller: FrameType) -> None:
     key = "" if agent is None else agent.key
     warn(
         "overdue",
-        f"{key}{': ' if key else ''}{what} has not returned for {PATIENCE:g} s. Is "
+        f"{key}{': ' if key else ''}{what} has not returned for {REPORT_AFTER:g} s. Is "
         "there a loop without end in it? Ctrl+C ends the run.",
         key,
     )

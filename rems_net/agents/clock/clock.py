@@ -26,7 +26,7 @@ from rems_net.router.session import Session
 #: s. The rest of a wait is slept: a sleep ends nearer to its time than a wait for mail.
 NAP = 0.002
 #: s. A tick that takes longer is sent again: it, or an answer, may be lost.
-PATIENCE = 0.25
+RESEND_INTERVAL = 0.25
 #: s. Time between two reports of a held tick.
 HELD = 1.0
 #: s. A run that was ended waits this long for its newest tick.
@@ -194,7 +194,7 @@ class Clock:
             before, now = now, time.monotonic()
             if holding is not None:
                 self.pacing.blame(holding, now - before)
-            if now - said > PATIENCE:
+            if now - said > RESEND_INTERVAL:
                 said = now
                 self._ask_late()
             if now - told > HELD and progress.advance(n) < n:
@@ -238,7 +238,7 @@ class Clock:
         said = time.monotonic()
         deadline = said + seconds
         while self.members.present() and (now := time.monotonic()) < deadline:
-            if now - said > PATIENCE:
+            if now - said > RESEND_INTERVAL:
                 said = now
                 self._say_roster()
             try:

@@ -12,7 +12,7 @@ from rems_net.router.message import pack
 from rems_net.router.session import Session
 
 #: s. Another clock, or a keeper of STOP, answers within this time.
-PATIENCE = 0.5
+ANSWER_TIMEOUT = 0.5
 #: Number of agents that are named when the clock waits for them.
 MOST = 6
 
@@ -36,13 +36,13 @@ def become_clock(
     session.answer_at_once(key("clock", "@age"), tell_age)
     session.answer_at_once(key("clock", "@version"), tell_version(session))
     # Of two clocks that start in the same instant, at least one sees the other.
-    if len(session.ask(key("clock", "@age"), timeout=PATIENCE)) > 1:
+    if len(session.ask(key("clock", "@age"), timeout=ANSWER_TIMEOUT)) > 1:
         raise _taken(session)
 
 
 def stop_holds(session: Session) -> bool:
     """Return whether a router or a host answers that STOP holds."""
-    answers = session.ask(session.key("stop", "@holds"), timeout=PATIENCE)
+    answers = session.ask(session.key("stop", "@holds"), timeout=ANSWER_TIMEOUT)
     return any(mail.payload == pack(True) for mail in answers)
 
 

@@ -23,7 +23,7 @@ from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
 #: s. If a value is later than this, the host asks for it by its key.
-PATIENCE = 0.25
+RETRY_INTERVAL = 0.25
 #: s. Time between two searches for a clock that is out of sight.
 LOOK = 0.5
 #: s. If the clock is out of sight for longer, the host warns.
@@ -253,8 +253,8 @@ class Inbox:
 
         since: when waiting began. Other letters come all the time on an open fabric.
         """
-        came = self._wait(PATIENCE)
-        if came and not self.membership.repeated and wall() - since < PATIENCE:
+        came = self._wait(RETRY_INTERVAL)
+        if came and not self.membership.repeated and wall() - since < RETRY_INTERVAL:
             return False
         self.membership.repeated = False
         return True

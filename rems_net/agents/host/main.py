@@ -21,7 +21,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
 #: s. The router is there, but it may be busy for this long.
-PATIENCE = 10.0
+CONNECT_TIMEOUT = 10.0
 #: s. An orphan may close its agents for this long; with the time to notice it, 2 s.
 GRACE = 1.5
 
@@ -41,7 +41,7 @@ def main(lifeline: Lifeline) -> int:
         link = Link(
             spec["endpoint"],
             fabric=spec["fabric"],
-            timeout=PATIENCE,
+            timeout=CONNECT_TIMEOUT,
             user=spec["user"],
             password=spec["password"],
         )

@@ -35,7 +35,7 @@ REST, LOOK = 1.0, 1.5
 #: s. Interval of commands; a robot stops 0.5 s after the last command.
 PERIOD = 0.05
 #: s. Longest wait until the robot stands.
-PATIENCE = 5.0
+STANDSTILL_TIMEOUT = 5.0
 #: m, count. Distance of one drive, and how often it is driven there and back.
 WAY, TIMES = 0.1, 2
 NEAR, FAR = 0.2, 1.1
@@ -222,7 +222,7 @@ class Bench:
         """Stop the robot, and wait until nobody drives it."""
         if not self._robot.figures()["safe"]:
             self._robot.command = {"wheel/left": 0.0, "wheel/right": 0.0}
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + STANDSTILL_TIMEOUT
         while not self._robot.figures()["safe"]:
             if time.monotonic() > until:
                 raise ExperimentError(

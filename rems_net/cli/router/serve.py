@@ -31,10 +31,10 @@ from rems_net.router.gate.classlist import load_class, slips_of
 from rems_net.router.gate.refusal import listens
 from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import OWNER, Users, load
-from rems_net.router.keeper import class_router
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.relay.scouts import EVERYWHERE
 from rems_net.router.session import Session
+from rems_net.router.stop_store import class_router
 
 EXAMPLES = f"""\
 examples:

@@ -18,7 +18,7 @@ from rems_net.emulators.dynamixel.servo import Servo
 #: Parameters of CLEAR, which brings a position back into one turn.
 CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
 #: s. An unfinished packet is dropped after so long.
-PATIENCE = 0.02
+PACKET_TIMEOUT = 0.02
 
 #: Word -> what happens to a servo.
 HAPPENINGS: dict[str, Callable[[Servo], None]] = {
@@ -67,7 +67,7 @@ class EmulatedBus:
     def live(self, dt: float) -> list[bytes]:
         """Let `dt` seconds pass. No servo sends anything unasked."""
         self._silent += dt
-        if self._silent > PATIENCE:
+        if self._silent > PACKET_TIMEOUT:
             self._reader.clear()
         if self._on:
             for servo in self.servos:

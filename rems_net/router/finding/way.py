@@ -16,7 +16,7 @@ from rems_net.router.finding.address import host_and_port
 from rems_net.router.finding.interfaces import Place, place, source
 
 #: s. Time to wait for a connection, and for any reaction of a neighbour.
-PATIENCE, GLANCE = 3.0, 1.0
+CONNECT_TIMEOUT, GLANCE = 3.0, 1.0
 #: s. A faster "unreachable" is a firewall's refusal: a missing host takes longer.
 SOON = 0.5
 #: ports at which a machine, or a network's gateway, accepts or refuses if it is on
@@ -35,7 +35,7 @@ def trouble(endpoint: str) -> str:
     host, port = host_and_port(endpoint)
     begun = time.monotonic()
     try:
-        with socket.create_connection((host, port), PATIENCE):
+        with socket.create_connection((host, port), CONNECT_TIMEOUT):
             return ""
     except (socket.gaierror, UnicodeError):
         return (

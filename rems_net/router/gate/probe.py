@@ -8,7 +8,7 @@ from rems_net.router.finding.address import host_and_port
 from rems_net.router.relay.handshake import EXPIRED, TAKEN, TOO_MANY
 
 #: s. Time to wait for an answer; a bad network may lose and repeat one.
-PATIENCE = 3.0
+ANSWER_TIMEOUT = 3.0
 #: bytes of an answer that are read; a router's answer has about 80
 MOST = 4096
 #: first message of a Zenoh client (InitSyn, protocol 9), behind its length in two bytes
@@ -69,8 +69,8 @@ def _is_zenoh(said: bytes) -> bool:
 def _say(endpoint: str, words: bytes) -> bytes | None:
     """Return the answer to `words`; b"" for silence, None without a connection."""
     try:
-        with socket.create_connection(host_and_port(endpoint), PATIENCE) as line:
-            line.settimeout(PATIENCE)
+        with socket.create_connection(host_and_port(endpoint), ANSWER_TIMEOUT) as line:
+            line.settimeout(ANSWER_TIMEOUT)
             with suppress(OSError):  # it may close at once, or never answer
                 line.sendall(words)
                 return line.recv(MOST)

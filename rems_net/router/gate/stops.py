@@ -9,7 +9,7 @@ from rems_net.router.message import pack, read
 from rems_net.router.session import Session
 
 #: s. A router has this long to answer.
-PATIENCE = 0.5
+ANSWER_TIMEOUT = 0.5
 #: characters of the user and the laptop
 LONGEST = 200
 
@@ -52,7 +52,9 @@ def read_said(payload: bytes) -> Stop:
 def who_stopped(session: Session) -> Stop | None:
     """Return the STOP that holds on this fabric; None if no router knows it."""
     try:
-        answers = session.ask(session.key("stop", "@why"), timeout=PATIENCE, first=True)
+        answers = session.ask(
+            session.key("stop", "@why"), timeout=ANSWER_TIMEOUT, first=True
+        )
         return read_said(answers[0].payload) if answers else None
     except (FabricError, WireError):
         return None

@@ -166,7 +166,7 @@ class Gate:
         while self._later and self._later[0][0] <= now:
             heapq.heappop(self._later)[2]()
         for waiting in (self._others, self._ours):
-            for one in waiting.older(now - limits.PATIENCE):
+            for one in waiting.older(now - limits.HANDSHAKE_TIMEOUT):
                 self.notices.add(one.host, NO_HANDSHAKE)
                 one.drop(at_once=True)
 

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 #: s. A client that is not let in by then is disconnected; over bad Wi-Fi a handshake
 #: takes about 1 s.
-PATIENCE = 5.0
+HANDSHAKE_TIMEOUT = 5.0
 #: Connections that are not let in yet, of one address and of all other machines: a
 #: class of thirty behind one address joins within a second. Zenoh itself accepts 500.
 OF_ONE, OF_ALL = 64, 256

@@ -13,7 +13,7 @@ import pytest
 
 from rems_net.cable.bridge import Bridge
 from rems_net.cable.port import open_port
-from tests.firmware.console.robot import PATIENCE
+from tests.firmware.console.robot import TIMEOUT
 
 
 class BadCable:
@@ -86,9 +86,9 @@ class Cabled:
         self._cable.close()
         for fd in self._fds:
             os.close(fd)
-        self._thread.join(PATIENCE)
+        self._thread.join(TIMEOUT)
         assert not self._thread.is_alive()
         self._line.close()
-        _, complaints = self._process.communicate(timeout=PATIENCE)
+        _, complaints = self._process.communicate(timeout=TIMEOUT)
         assert (self._process.returncode, complaints) == (0, "")
         assert self.told[-1].startswith("broken: ")

@@ -12,7 +12,7 @@ import pytest
 from tests.firmware.program import FIRMWARE, compiled
 
 #: seconds that anything may take on a machine that is busy
-PATIENCE = 30.0
+TIMEOUT = 30.0
 
 
 #: of the core
@@ -57,7 +57,7 @@ class Robot:
         except BlockingIOError:
             return b""
 
-    def read_until(self, end: bytes, seconds: float = PATIENCE) -> bytes:
+    def read_until(self, end: bytes, seconds: float = TIMEOUT) -> bytes:
         """All that comes, until `end` does."""
         got, until = b"", time.monotonic() + seconds
         while end not in got:
@@ -73,7 +73,7 @@ class Robot:
         os.close(self.master)
         os.close(self._slave)
         try:
-            _, complaints = self._process.communicate(timeout=PATIENCE)
+            _, complaints = self._process.communicate(timeout=TIMEOUT)
         except subprocess.TimeoutExpired:
             self._process.kill()
             raise

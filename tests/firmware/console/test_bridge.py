@@ -24,7 +24,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router
 from tests.firmware.console.cable import Cabled
-from tests.firmware.console.robot import PATIENCE, Robot, build
+from tests.firmware.console.robot import TIMEOUT, Robot, build
 
 pytest.importorskip("serial", reason="pyserial is not installed.")
 
@@ -51,7 +51,7 @@ def cabled(
 
 
 def until(true: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while not true():
         assert time.monotonic() < end
         time.sleep(0.01)
@@ -60,7 +60,7 @@ def until(true: Callable[[], bool]) -> None:
 def opened(endpoint: str) -> Session:
     """A session at an address that answers as soon as it can."""
     session = Session(Link(endpoint))
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while True:
         try:
             session.open()
@@ -71,7 +71,7 @@ def opened(endpoint: str) -> Session:
 
 def heard(box: Mailbox, session: Session, key: str, payload: bytes) -> None:
     """Put until it is heard: who watches is told to the others a little later."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while True:
         assert time.monotonic() < end
         session.put(key, payload)
@@ -134,7 +134,7 @@ def test_every_byte_arrives_once_and_in_order(cable_program: Path, loss: float) 
         thread = threading.Thread(target=echo, args=(listener,))
         thread.start()
         with cabled(cable_program, listener.getsockname(), loss) as cable:
-            end = socket.create_connection(host_and_port(cable.locator), PATIENCE)
+            end = socket.create_connection(host_and_port(cable.locator), TIMEOUT)
             with end:
                 writer = threading.Thread(target=end.sendall, args=(sent,))
                 writer.start()

@@ -13,7 +13,7 @@ from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
 from tests.commands import Done, command, inside
-from tests.firmware.console.robot import PATIENCE, Robot
+from tests.firmware.console.robot import TIMEOUT, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
 
@@ -166,7 +166,7 @@ def test_the_password_is_not_echoed(robot: Robot) -> None:
     os.write(master, f"{SECRET}\n".encode())
     while b"wifi: up" not in shown:
         shown += os.read(master, 4096)
-    assert process.wait(PATIENCE) == 0
+    assert process.wait(TIMEOUT) == 0
     os.close(master)
     assert SECRET.encode() not in shown
 

@@ -15,7 +15,7 @@ from tests.reliability.rig.programs import until
 #: seconds of wall time: it stands still, and it is driven again
 STANDS, BACK = 0.6, 6.0
 #: a busy machine may be this much slower before a test fails
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
 class Trial(NamedTuple):
@@ -38,15 +38,15 @@ class Fault:
 def trial(scene: Scene, fault: Fault) -> Trial:
     """Do it to a robot that is driven, and undo it. Raises if it moves meanwhile."""
     robot = scene.robot
-    robot.moved(time.monotonic(), PATIENCE)
+    robot.moved(time.monotonic(), TIMEOUT)
     at = time.monotonic()
     fault.do(scene)
-    stood = robot.stood(at, PATIENCE)
+    stood = robot.stood(at, TIMEOUT)
     Event().wait(max(0.0, at + fault.lasts - time.monotonic()))
     late = [one for one in robot.pulses() if one.at > stood and not one.stands]
     assert not late, f"it moved, {late[0].at - at:.2f} s after it was cut off"
     returned = fault.undo(scene)
-    return Trial(stood - at, robot.moved(returned, PATIENCE) - returned)
+    return Trial(stood - at, robot.moved(returned, TIMEOUT) - returned)
 
 
 # -- the router ------------------------------------------------------------------------
@@ -178,4 +178,4 @@ def wait_until_listed(scene: Scene) -> None:
         program = scene.rig.rems("list", router=scene.endpoint)
         return program.process.wait() == 0 and scene.robot.name in program.text()
 
-    until(listed, "the robot in `rems list`", PATIENCE)
+    until(listed, "the robot in `rems list`", TIMEOUT)

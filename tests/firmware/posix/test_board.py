@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import rems_net
-from tests.firmware.posix.faults import PATIENCE, STANDS
+from tests.firmware.posix.faults import STANDS, TIMEOUT
 from tests.firmware.posix.scene import NAME, Scene
 from tests.reliability.rig.programs import Program, until
 
@@ -20,9 +20,9 @@ def test_a_motors_task_that_hangs_is_reset_by_the_watchdog(scene: Scene) -> None
     scene.drive()
     at = time.monotonic()
     assert robot.control("hang motors 60000") == "ok"
-    assert robot.stood(at, PATIENCE) - at <= STANDS + 0.4, "20 looks of 20 ms"
+    assert robot.stood(at, TIMEOUT) - at <= STANDS + 0.4, "20 looks of 20 ms"
     stood = robot.pulses()[-1].at
-    robot.moved(stood, PATIENCE)  # it has started again, and is driven
+    robot.moved(stood, TIMEOUT)  # it has started again, and is driven
 
 
 @pytest.mark.parametrize("why", ["brownout", "crash"])
@@ -31,13 +31,13 @@ def test_it_comes_up_stopped_and_joins_again(scene: Scene, why: str) -> None:
     robot = scene.start()
     scene.drive()
     with rems_net.join(at=scene.endpoint) as fabric:
-        until(lambda: fabric.robot(NAME).state.x > 0, "going", PATIENCE)
+        until(lambda: fabric.robot(NAME).state.x > 0, "going", TIMEOUT)
         scene.stop_driving()
         at = time.monotonic()
         robot.process.tell(f"reset {why}")
-        robot.stood(at, PATIENCE)
+        robot.stood(at, TIMEOUT)
         # The odometry is new, as after each start, and nobody drives it.
-        until(lambda: fabric.robot(NAME).state.x == 0, "the robot", PATIENCE)
+        until(lambda: fabric.robot(NAME).state.x == 0, "the robot", TIMEOUT)
         assert all(one.stands for one in robot.pulses() if one.at > at + STANDS)
 
 
@@ -47,8 +47,8 @@ def test_a_link_that_hangs_does_not_hold_up_the_motors(scene: Scene) -> None:
     scene.drive()
     at = time.monotonic()
     assert robot.control("hang link 4000") == "ok"
-    assert robot.stood(at, PATIENCE) - at <= STANDS
-    robot.moved(at + 3.0, PATIENCE)
+    assert robot.stood(at, TIMEOUT) - at <= STANDS
+    robot.moved(at + 3.0, TIMEOUT)
 
 
 def test_it_comes_when_its_password_is_right_at_last(scene: Scene) -> None:

@@ -9,7 +9,7 @@ import pytest
 import rems_net
 from rems_net.client import Proxy
 from tests.firmware.compiling import CORE
-from tests.firmware.posix.faults import PATIENCE
+from tests.firmware.posix.faults import TIMEOUT
 from tests.firmware.posix.robot import Robot
 from tests.firmware.posix.scene import Scene
 from tests.reliability.rig.programs import until
@@ -29,10 +29,10 @@ def lights(robot: Robot) -> list[str]:
 
 
 def shows(robot: Robot, name: str, flashing: bool = False) -> None:
-    until(lambda: lights(robot)[0] == colours()[name], name, PATIENCE)
+    until(lambda: lights(robot)[0] == colours()[name], name, TIMEOUT)
     if flashing:
-        until(lambda: lights(robot)[0] == DARK, f"{name}, dark", PATIENCE)
-        until(lambda: lights(robot)[0] == colours()[name], name, PATIENCE)
+        until(lambda: lights(robot)[0] == DARK, f"{name}, dark", TIMEOUT)
+        until(lambda: lights(robot)[0] == colours()[name], name, TIMEOUT)
 
 
 def blinks(proxy: Proxy, robot: Robot) -> bool:
@@ -52,9 +52,9 @@ def test_lights(scene: Scene) -> None:
     scene.serve()
     shows(robot, "STANDS")
     robot.control("part compass absent")
-    until(lambda: lights(robot)[2:] == [DARK, DARK, "140000", DARK], "red", PATIENCE)
+    until(lambda: lights(robot)[2:] == [DARK, DARK, "140000", DARK], "red", TIMEOUT)
     robot.control("part compass good")
-    until(lambda: lights(robot)[2:] == [DARK] * 4, "no red", PATIENCE)
+    until(lambda: lights(robot)[2:] == [DARK] * 4, "no red", TIMEOUT)
     scene.drive()
     shows(robot, "DRIVEN")
     with rems_net.join(at=scene.endpoint) as fabric:
@@ -62,7 +62,7 @@ def test_lights(scene: Scene) -> None:
         shows(robot, "STOPPED")
         fabric.release()
         shows(robot, "DRIVEN")
-        until(lambda: blinks(fabric.robot(robot.name), robot), "all", PATIENCE)
+        until(lambda: blinks(fabric.robot(robot.name), robot), "all", TIMEOUT)
 
 
 def test_a_robot_without_settings_flashes_white(scene: Scene) -> None:

@@ -13,8 +13,8 @@ import pytest
 from tests.firmware.posix.faults import (
     BACK,
     FAULTS,
-    PATIENCE,
     STANDS,
+    TIMEOUT,
     trial,
     wait_until_listed,
 )
@@ -82,16 +82,16 @@ def test_it_finds_its_router_and_is_cut_off(woodbot: Path, tmp_path: Path) -> No
     with Rig(tmp_path / "rig") as rig:
         rig.connect("hub", "bot", "desk")
         fabric = rig.rems("router", "serve", "--listen", HUB, "--no-qr", machine="hub")
-        fabric.wait_for("^Open fabric", PATIENCE)
+        fabric.wait_for("^Open fabric", TIMEOUT)
         rig.start("ip", ROUTE, "bot").process.wait()
         robot = Robot(rig, woodbot, NAME, "", machine="bot")
         rig.module("tests.firmware.posix.driver", HUB, NAME, machine="desk")
-        robot.moved(0.0, PATIENCE)
+        robot.moved(0.0, TIMEOUT)
         for _ in range(2):
             at = time.monotonic()
             rig.cut("bot")
-            assert robot.stood(at, PATIENCE) - at <= STANDS
+            assert robot.stood(at, TIMEOUT) - at <= STANDS
             Event().wait(12.0)
             back = time.monotonic()
             rig.heal("bot")
-            assert robot.moved(back, PATIENCE) - back <= BACK
+            assert robot.moved(back, TIMEOUT) - back <= BACK

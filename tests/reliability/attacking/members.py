@@ -17,11 +17,11 @@ from rems_net.client import join
 from rems_net.errors import AgentError
 from rems_net.router.find import VARIABLE
 from rems_net.router.gate.classlist import load_class
-from rems_net.router.keeper import class_router
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack, pack_stamp
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
+from rems_net.router.stop_store import class_router
 from tests.agents.runs import PARTS, Told, digest, free_port, until
 from tests.reliability.attacks import Bench, Outcome, attack
 

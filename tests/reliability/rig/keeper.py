@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 #: seconds after which it gives up; a process in the kernel's hands can't be killed
-PATIENCE = 10.0
+KILL_TIMEOUT = 10.0
 LOOK = 0.02
 
 
@@ -42,7 +42,7 @@ def main() -> int:
         signal.signal(sign, signal.SIG_IGN)
     while os.read(0, 4096):
         pass
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + KILL_TIMEOUT
     # Twice nobody: a process may have been started while the first look was taken.
     nobody = 0
     while nobody < 2 and time.monotonic() < deadline:

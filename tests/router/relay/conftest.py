@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import pytest
 
 from rems_net.router.gate.users import Users
-from rems_net.router.keeper import class_router
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
+from rems_net.router.stop_store import class_router
 from tests.agents.runs import free_port
 from tests.router.relay.raw import Raw
 

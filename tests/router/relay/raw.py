@@ -12,7 +12,7 @@ from rems_net.router.relay.handshake import CLOSE, challenge, framed
 #: modes on the wire
 ROUTER, PEER, CLIENT = 0, 1, 2
 #: s in which a router answers
-PATIENCE = 5.0
+ANSWER_TIMEOUT = 5.0
 
 
 def number(value: int) -> bytes:
@@ -46,9 +46,9 @@ class Raw:
     def __init__(self, port: int, zid: bytes = b"", host: str = "127.0.0.1"):
         self.zid = zid or os.urandom(16)
         self.socket = socket.create_connection(
-            ("127.0.0.1", port), PATIENCE, source_address=(host, 0)
+            ("127.0.0.1", port), ANSWER_TIMEOUT, source_address=(host, 0)
         )
-        self.socket.settimeout(PATIENCE)
+        self.socket.settimeout(ANSWER_TIMEOUT)
 
     def __enter__(self) -> Self:
         return self

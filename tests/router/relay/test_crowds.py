@@ -126,7 +126,7 @@ def test_thousands_keep_nobody_out(
 def test_a_handshake_has_a_deadline(
     router: Shared, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(limits, "PATIENCE", 0.5)
+    monkeypatch.setattr(limits, "HANDSHAKE_TIMEOUT", 0.5)
     begun = time.monotonic()
     with router.raw(host="127.0.0.2") as slow:
         slow.socket.sendall(HALF)

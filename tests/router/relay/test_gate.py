@@ -10,11 +10,11 @@ import time
 import pytest
 
 from rems_net.errors import FabricError
-from rems_net.router.keeper import class_router
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.relay.gate import Gate
 from rems_net.router.relay.handshake import UNSUPPORTED, framed
 from rems_net.router.relay.scouts import Scouts
+from rems_net.router.stop_store import class_router
 from tests.agents.runs import free_port, until
 from tests.router.relay.conftest import Shared
 from tests.router.relay.raw import CLIENT, PEER, ROUTER, init_syn

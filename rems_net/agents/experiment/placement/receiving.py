@@ -13,7 +13,7 @@ from rems_net.router.mail import Mailbox, Presence
 from rems_net.router.session import Session
 
 #: s, and a number. Time for an answer on a busy network, and number of attempts.
-PATIENCE, TRIES = 10.0, 3
+ANSWER_TIMEOUT, TRIES = 10.0, 3
 #: s. Without a waiting run, report it after LOOK; all waiting runs appear within QUIET.
 LOOK, QUIET = 1.0, 0.2
 SILENT = "the run does not send its files. It is over, or cut off: type rems why"
@@ -114,6 +114,6 @@ def _ask(
 ) -> bytes:
     """Return the answer of a run. Raises FabricError with `silent` if none comes."""
     for _ in range(TRIES):
-        for mail in session.ask(key, payload, PATIENCE, first=True):
+        for mail in session.ask(key, payload, ANSWER_TIMEOUT, first=True):
             return mail.payload
     raise FabricError(f"{silent} (R0443)")

@@ -22,7 +22,7 @@ from typing import Any
 import pytest
 
 from tests.firmware.console.chromium.uart import received
-from tests.firmware.console.robot import PATIENCE, Robot
+from tests.firmware.console.robot import TIMEOUT, Robot
 
 HERE = Path(__file__).parent
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
@@ -60,7 +60,7 @@ class Browser:
 
     def close(self) -> None:
         self._process.terminate()
-        self._process.wait(PATIENCE)
+        self._process.wait(TIMEOUT)
         os.close(self._to)
         os.close(self._from)
 
@@ -70,7 +70,7 @@ class Browser:
         request: dict[str, Any] = {"id": self._asked, "method": method}
         request |= {"params": params} | ({"sessionId": session} if session else {})
         os.write(self._to, json.dumps(request).encode() + b"\0")
-        while (answer := self._read(PATIENCE)).get("id") != self._asked:
+        while (answer := self._read(TIMEOUT)).get("id") != self._asked:
             self.events.append(answer)
         assert "result" in answer, answer
         found: dict[str, Any] = answer["result"]
@@ -140,7 +140,7 @@ class Page:
 
     def until(self, expression: str) -> Any:
         """Carry bytes until an expression of the page is true; return its value."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while not (value := self.look(expression)):
             shown = self.look("document.body && document.body.innerText")
             assert time.monotonic() < end, f"{expression}; the page shows: {shown}"

@@ -1,4 +1,4 @@
-"""Keeper: a router stores STOP, so that it outlives the run that put it."""
+"""STOP store: a router stores STOP, so that it outlives the run that put it."""
 
 import socket
 import time
@@ -55,7 +55,7 @@ def class_router(
     link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
     with Gate(listen, users, report, fabric) as gate, _behind(link) as session:
         teams = users.teams if users is not None else ()
-        Keeper(session, teams, gate.people, gate.notices).keep()
+        StopStore(session, teams, gate.people, gate.notices).keep()
         if users is not None:
             answer = answer_for(users, fabric, gate.people.seen_by)
             session.answer_at_once(f"{WHO}/*", answer)
@@ -86,7 +86,7 @@ class Held(NamedTuple):
     since: float
 
 
-class Keeper:
+class StopStore:
     """Store of the STOP of every fabric on a router.
 
     Any program latches it by putting `true` at `<fabric>/stop`. A run's clock
