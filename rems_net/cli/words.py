@@ -57,7 +57,7 @@ def say_where(at: str) -> None:
 
     if (there := chosen(at)) and not is_here(there):
         why = (
-            f"{VARIABLE} says so"
+            f"set by {VARIABLE}"
             if os.environ.get(VARIABLE)
             else "see `rems router forget`"
         )

@@ -58,7 +58,7 @@ def test_another_machine_is_named_first(
     )
     monkeypatch.setenv("REMS_ROUTER", "tcp/nowhere.invalid:7447")
     said = rems("list").stderr.splitlines()
-    assert said[0] == "rems: at tcp/nowhere.invalid:7447 (REMS_ROUTER says so)"
+    assert said[0] == "rems: at tcp/nowhere.invalid:7447 (set by REMS_ROUTER)"
     assert rems("router", "forget").stderr == ""  # it goes nowhere
 
 

@@ -43,7 +43,7 @@ from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
 #: The failure that a run learns of an agent on a machine that brought it.
-ELSEWHERE = "failed on the machine that brought it, whose screen says why"
+ELSEWHERE = "failed on the machine that brought it, whose screen shows why"
 
 
 class Host:

@@ -15,7 +15,10 @@ NEAR = 0.05
 
 @dataclass(frozen=True)
 class Course:
-    """DEL"""
+    """Values of one robot in the order of time, with the place of each.
+
+    time: s, (n,)      points: (n, size), in SI units
+    """
 
     time: Array
     points: Array
