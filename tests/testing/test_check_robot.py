@@ -149,7 +149,9 @@ def test_a_definition_that_has_no_rates_is_named_by_what_it_has() -> None:
 
     found = examine(Subject(Stepped, Twice), only=["agrees"])
     (wrong,) = next(one for one in found if one.name == "agrees").findings
-    assert "x within 5.0% of what Stepped.advance (test_check_" in wrong.expected
+    assert (
+        "x within 5.0% of the value by Stepped.advance (test_check_" in wrong.expected
+    )
 
 
 def test_what_is_heavy_says_how_slow_slow_motion_is() -> None:

@@ -38,7 +38,7 @@ Woodbots need an open fabric: `rems router serve`, here or on the teacher's
 laptop. Devices at a port need none. Type here what goes wrong with them:
 {TYPED}
 With `heard` behind it, a share is of the packets to the device. When it
-starts, it lists what can happen to one kind only, such as `lift` or `overload 2`.
+starts, it lists what one kind alone can do, such as `lift` or `overload 2`.
 """
 ONE, FLEET = "woodbot", "woodbot-fleet"
 WHATS = (ONE, FLEET, *KNOWN)

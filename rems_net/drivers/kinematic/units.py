@@ -48,8 +48,8 @@ def unclear_by_state(state: Schema) -> dict[str, str]:
         if si := _si_instead_of(unit := field.unit):
             found[path] = (
                 f"the state has it in {unit}: that could be in {si}/s or in {unit}/s. "
-                f'Name it, such as "0.5 {si}/s" or 30 * {_code(unit)} / s, or have '
-                f"it in {si}: {SI[si]}()."
+                f'Write the unit, such as "0.5 {si}/s" or 30 * {_code(unit)} / s, or '
+                f"have it in {si}: {SI[si]}()."
             )
     return found
 

@@ -184,7 +184,7 @@ def test_what_fails_in_a_run_is_said_here(pair: Pair) -> None:
     status, out, error = ended(run)
     assert status == 1
     assert error.splitlines()[-1] == (
-        "rems: process/count: failed on the machine that brought it, whose screen says "
-        "why"
+        "rems: process/count: failed on the machine that brought it, whose screen "
+        "shows why"
     )
     assert "what is in" not in out

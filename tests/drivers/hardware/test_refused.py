@@ -83,7 +83,7 @@ def two_alike() -> DynabotServos:
             OpenInterface,
             {"baud": 57_600},
             "no Create 2 answers at PORT at 57600 bits per second, but one does at "
-            r"115200\. Say options = { baud = 115200 }\.",
+            r"115200\. Set options = { baud = 115200 }\.",
             id="another speed",
         ),
         pytest.param(
@@ -167,7 +167,7 @@ def test_a_port_in_use(tmp_path: Path) -> None:
         with serial.Serial(emulator.where, exclusive=True):
             said = refused(emulator.where)
     assert said.startswith("another program uses PORT: a serial monitor, ")
-    assert sys.platform == "win32" or said.endswith("says: lsof PORT")
+    assert sys.platform == "win32" or said.endswith("type: lsof PORT")
 
 
 def test_what_is_no_port(tmp_path: Path) -> None:

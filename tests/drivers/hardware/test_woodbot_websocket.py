@@ -217,7 +217,7 @@ def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     with Emulator(Echo(), WebSocketPort()) as emulator:
         said = failure(emulator.where)
     assert "is no Woodbot with the class's first firmware" in said
-    assert "it said b'S'. Check the address" in said
+    assert "it sent b'S'. Check the address" in said
 
 
 def test_another_robot_is_there() -> None:

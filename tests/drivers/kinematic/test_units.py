@@ -40,8 +40,8 @@ def cart(turn: Field, x: Field, rates: Rates) -> Experiment:
             "rad/s",
             "mm",
             lambda state, command: {"x": command["speed"]},
-            "for 'x', and the state has it in mm: that could be in m/s or in mm/s. Say "
-            'which, such as "0.5 m/s" or 30 * mm / s, or have it in m: length().',
+            "for 'x', and the state has it in mm: that could be in m/s or in mm/s. "
+            'Write the unit, such as "0.5 m/s" or 30 * mm / s, or have it in m: length().',
         ),
         (
             "deg/s",

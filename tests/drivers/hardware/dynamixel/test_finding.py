@@ -62,7 +62,7 @@ def test_another_speed(tmp_path: Path) -> None:
         said = refused(Wheels, emulator)
         assert re.fullmatch(
             r"no servo answers at \S+ at 1000000 bits per second, but " + LEFT + r" "
-            r"does at 57600\. Say options = \{ baud = 57600 \}, or set .*",
+            r"does at 57600\. Set options = \{ baud = 57600 \}, or set .*",
             said,
         ), said
         with opened(Wheels, emulator, baud=57_600):
