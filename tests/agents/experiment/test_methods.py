@@ -124,7 +124,8 @@ def only_class(folder: Path, text: str) -> type:
             robot,
             f"Cart.derivative {AT} returns 0.0 for 'heading', and "
             "the state has it in deg: that could be in rad/s or in deg/s. Write "
-            'the unit, such as "0.5 rad/s" or 30 * deg / s, or have it in rad: angle().',
+            'the unit, such as "0.5 rad/s" or 30 * deg / s, or have it in rad: '
+            "angle().",
         ),
         (
             DEGREES + MOVES + '{"heading": "1 m/s"}\n',

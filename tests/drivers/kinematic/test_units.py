@@ -41,7 +41,8 @@ def cart(turn: Field, x: Field, rates: Rates) -> Experiment:
             "mm",
             lambda state, command: {"x": command["speed"]},
             "for 'x', and the state has it in mm: that could be in m/s or in mm/s. "
-            'Write the unit, such as "0.5 m/s" or 30 * mm / s, or have it in m: length().',
+            'Write the unit, such as "0.5 m/s" or 30 * mm / s, or have it in m: '
+            "length().",
         ),
         (
             "deg/s",
