@@ -116,8 +116,11 @@ def test_a_recording_of_who_comes(start: Start, serve: Serve, tmp_path: Path) ->
         text(recorder)
     assert is_whole(path)
     times = rems_net.read(path)["alice"]["time"].value
-    came = McapFile(path).times("robot/alice/state") / 1e9
-    assert {*np.round(times, 6)} <= {*np.round(came, 6)}
+    file = McapFile(path)
+    ports = [key for key in file.channels if key.startswith("robot/alice/")]
+    # On a busy machine a value of one port may miss a tick that another has.
+    came = {round(t / 1e9, 6) for key in ports for t in file.times(key)}
+    assert {*np.round(times, 6)} <= came
     assert len(times) >= 15
     assert (np.diff(times) > 0).all()
 

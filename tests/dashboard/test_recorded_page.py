@@ -105,8 +105,8 @@ def test_all_views_follow_a_jump_ahead_and_back(tab: Browser) -> None:
     tab.run("rems.playback.jump(1.0)")
     at(tab, 50)
     assert "called" not in tab.run(log)
-    text = tab.run("document.querySelector('#played').textContent")
-    assert text == "1.00 s of 5.00 s, tick 50"
+    text = "document.querySelector('#played').textContent"
+    tab.until(f"{text} === '1.00 s of 5.00 s, tick 50'")
 
 
 def test_keys_play_step_and_scrub(tab: Browser) -> None:
@@ -117,6 +117,7 @@ def test_keys_play_step_and_scrub(tab: Browser) -> None:
     for n in (50, 49):
         tab.key("ArrowLeft", "ArrowLeft")
         at(tab, n)
+    tab.until(f"Math.abs({BAR}.value - {49 * DT}) < 1e-9")  # it is drawn there
     tab.run(f"{BAR}.focus()")
     tab.key("ArrowRight", "ArrowRight")
     at(tab, 50)

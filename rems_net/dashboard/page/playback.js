@@ -95,7 +95,7 @@ export class Playback {
   hear(told) {
     this.playing = told.playing;
     this.pace = told.pace;
-    this.free.value = String(told.pace);
+    if (document.activeElement !== this.free) this.free.value = String(told.pace);
   }
 
   toggle() {
