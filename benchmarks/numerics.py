@@ -1,4 +1,4 @@
-"""What it costs that recordings are the same bytes on every laptop."""
+"""Cost of recordings that are the same bytes on every laptop."""
 
 from __future__ import annotations
 

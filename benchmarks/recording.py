@@ -1,4 +1,4 @@
-"""What it costs to record a run, in CSV files and in one MCAP file."""
+"""Cost of recording a run, in CSV files and in one MCAP file."""
 
 from __future__ import annotations
 

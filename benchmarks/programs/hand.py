@@ -2,7 +2,7 @@
 
 `hand PRESSES` starts a run of one kinematic Woodbot at 50 Hz of real time, the server
 of its page and a headless Chromium, each in a process of its own. DevTools press and
-release a key; the times are those at which DevTools are told to, at which the command
+release a key; the times are those at which DevTools get the order, at which the command
 comes, and at which the robot publishes that it obeys, in ms. `viewer ROBOTS SECONDS`
 measures what the server spends for one viewer that looks at all robots: CPU in percent
 of a core, and values a second.

@@ -207,8 +207,7 @@ class _Search:
             names.remove(out)
             rest = " and ".join(name for name in mixed if name != out)
             blind[out] = (
-                f"only its combination with {rest} shows: measure it, or give "
-                f"{rest} instead"
+                f"only its combination with {rest} shows; measure one of them"
                 if rest
                 else "these drives do not show it"
             )

@@ -89,8 +89,8 @@ class Identified:
                 after = f"{self.after[path]:.3g} {unit}".strip()
                 before = f"{self.before[path]:.3g} {unit}".strip()
                 lines.append(
-                    f"{path} over {self.seconds:.1f} s that were not used: predicted "
-                    f"to {after} RMS, {before} before."
+                    f"{path}: error of a prediction over {self.seconds:.1f} s that "
+                    f"were not used: {after}, before {before} (root mean square)."
                 )
         lines += [f"Note: {note}." for note in self.notes]
         lines += map(str, self.noise)
