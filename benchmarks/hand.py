@@ -11,7 +11,7 @@ KEY, VIEWER = "a key", "a viewer"
 TEXT = """A kinematic Woodbot at 50 Hz of real time, the server of its page, and a
 headless Chromium, each in a process of its own. DevTools press a key of the page. The
 time until its command is on the fabric, and until the robot obeys it:"""
-LOOKS = """What the page's server spends for one viewer (such as Lichtblick) that looks
+LOOKS = """Cost of the page's server for one viewer (such as Lichtblick) that looks
 at the states of 30 robots:"""
 
 
