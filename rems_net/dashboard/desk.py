@@ -107,7 +107,7 @@ class Desk:
         key = session.key(_agent(request), "@settings")
         for mail in session.ask(key, timeout=SHORT, first=True):
             with suppress(*NONSENSE):
-                return _read_settings(mail)
+                return read_settings(mail)
         return []
 
     def _adjust(self, request: dict[str, Any]) -> list[dict[str, Any]]:
@@ -236,7 +236,8 @@ def _agent(request: dict[str, Any]) -> str:
     return f"{kind}/{name}"
 
 
-def _read_settings(mail: Mail) -> list[dict[str, Any]]:
+def read_settings(mail: Mail) -> list[dict[str, Any]]:
+    """Return the settings in an agent's answer. Raises WireError."""
     found = json.loads(mail.payload) if mail.size <= LARGEST else None
     if not isinstance(found, list) or not all(isinstance(r, dict) for r in found):
         raise WireError("This answer is no list of settings. (R1003)")

@@ -23,7 +23,7 @@ from websockets.typing import Subprotocol
 
 from rems_net.client import Fabric, join
 from rems_net.dashboard.viewers.grip import Echo
-from rems_net.dashboard.viewers.wire import SUBPROTOCOLS, read_stick, read_topic
+from rems_net.dashboard.viewers.wire import ABLE, SUBPROTOCOLS, read_stick, read_topic
 from rems_net.errors import WireError
 from tests.agents.runs import until
 from tests.dashboard.test_drive_page import stands
@@ -96,7 +96,7 @@ class Viewer:
             self.channels |= {one["topic"]: one for one in words["channels"]}
         elif words["op"] == "status":
             self.said.append(words["message"])
-        elif words["op"] == "serviceCallFailure":
+        elif words["op"] in ("serviceCallFailure", "parameterValues"):
             self.answers.append(words)
 
     def send(self, op: str, **words: Any) -> None:
@@ -458,7 +458,7 @@ def test_the_client_library_of_lichtblick(
         check=True,
     )
     found = json.loads(said.stdout)
-    assert found["capabilities"] == ["clientPublish", "services", "time"]
+    assert found["capabilities"] == [*ABLE]
     assert found["values"] > 30
     assert found["time"] > 30
     assert found["bytes"] == 28

@@ -16,6 +16,14 @@ from rems_net.dashboard.hands import CHECK
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers import wire
 from rems_net.dashboard.viewers.grip import Grip
+from rems_net.dashboard.viewers.parameters import (
+    Parameters,
+    pack_rows,
+    read_names,
+    read_parameters,
+    read_values,
+    write_parameters,
+)
 from rems_net.dashboard.viewers.ports import Ports
 from rems_net.dashboard.viewers.viewer import Send, Viewer
 from rems_net.errors import RemsError, WireError
@@ -27,6 +35,8 @@ MOST = 4
 SERVICES = dict(enumerate(("stop", "release", "pause", "resume", "call"), 1))
 #: close codes of WebSocket: it is no viewer; too many messages
 OTHER, NOISY = 1002, 4429
+#: s. Agents are asked so often for their settings, while a viewer follows them.
+SETTINGS_PERIOD = 2.0
 
 
 class Viewers:
@@ -37,6 +47,8 @@ class Viewers:
         self._viewers: set[Viewer] = set()
         self._ports: Ports | None = None
         self._tasks: list[asyncio.Task[None]] = []
+        #: the settings that viewers who follow them were sent
+        self._known: Parameters = {}
 
     def refuse(self, host: str | None, path: str) -> Answer | None:
         """Return why a viewer at this path does not get in; None if it does."""
@@ -91,6 +103,7 @@ class Viewers:
         self._tasks = [
             asyncio.create_task(self._every(1.0 / self._stream.rate, self._frame)),
             asyncio.create_task(self._every(CHECK, self._look)),
+            asyncio.create_task(self._every(SETTINGS_PERIOD, self._follow)),
         ]
 
     def _end(self) -> None:
@@ -158,9 +171,57 @@ class Viewers:
                 continue
             self._want()
             if call is not None:
-                task = asyncio.create_task(self._call(viewer, *call))
+                if isinstance(call, dict):
+                    work = self._parameters(viewer, call)
+                else:
+                    work = self._call(viewer, *call)
+                task = asyncio.create_task(work)
                 calls.add(task)
                 task.add_done_callback(calls.discard)
+
+    async def _parameters(self, viewer: Viewer, words: dict[str, Any]) -> None:
+        """List settings, change them, or note which of them a viewer follows."""
+        try:
+            match words["op"]:
+                case "subscribeParameterUpdates":
+                    names, old = read_names(words), viewer.follows
+                    everything = not names or old == set()
+                    viewer.follows = set() if everything else names | (old or set())
+                    return
+                case "unsubscribeParameterUpdates":
+                    names = read_names(words)
+                    rest = (viewer.follows or set()) - names
+                    viewer.follows = rest if names and rest else None
+                    return
+                case "setParameters":
+                    given = read_values(words)
+                    change = partial(write_parameters, self._stream.fabric, given)
+                    await self._stream.in_thread(change)
+                    names = set(given)
+                case _:
+                    names = read_names(words)
+            rows = pack_rows(await self._settings(), names)
+            number = {"id": words["id"]} if "id" in words else {}
+            viewer.send(wire.pack_text("parameterValues", parameters=rows, **number))
+        except RemsError as error:
+            viewer.say(str(error))
+
+    async def _settings(self) -> Parameters:
+        read = partial(read_parameters, self._stream.fabric)
+        return await self._stream.in_thread(read)
+
+    async def _follow(self) -> None:
+        """Send the settings that have changed to the viewers that follow them."""
+        if all(one.follows is None for one in self._viewers):
+            self._known = {}
+            return
+        before, self._known = self._known, await self._settings()
+        new = {k: v for k, v in self._known.items() if before.get(k) != v}
+        for viewer in self._viewers:
+            if viewer.follows is None or not before:
+                continue
+            if rows := pack_rows(new, viewer.follows):
+                viewer.send(wire.pack_text("parameterValues", parameters=rows))
 
     async def _call(
         self, viewer: Viewer, service: int, call: int, given: bytes

@@ -39,6 +39,8 @@ class Viewer:
         #: its number of a channel -> the channel, and the agent that it drives there
         self.puts: dict[int, tuple[dict[str, Any], str]] = {}
         self.grips: dict[str, Grip] = {}
+        #: names of parameters whose changes it is sent; the empty set means all
+        self.follows: set[str] | None = None
         self._said: dict[str, float] = {}
         self._left, self._since = float(RATE), time.monotonic()
 
@@ -70,10 +72,13 @@ class Viewer:
 
     # -- what it sends ------------------------------------------------------------
 
-    def obey(self, message: str | bytes, ports: Ports) -> tuple[int, int, bytes] | None:
-        """Do what a message asks for; return a called service, the call, its arguments.
+    def obey(
+        self, message: str | bytes, ports: Ports
+    ) -> tuple[int, int, bytes] | dict[str, Any] | None:
+        """Do what a message asks for, if that takes no time.
 
-        Raises WireError.
+        Return a called service, the call and its arguments; or a message about
+        parameters. Raises WireError.
         """
         if isinstance(message, bytes):
             what, numbers, rest = wire.read_binary(message)
@@ -101,6 +106,8 @@ class Viewer:
                     _, agent = self.puts.pop(number, ({}, ""))
                     if (grip := self.grips.pop(agent, None)) is not None:
                         grip.let_go()
+            case op if op in wire.PARAMETERS:
+                return words
             case op:
                 raise WireError(f"This server does not know {op!r:.40}. (R1003)")
         return None

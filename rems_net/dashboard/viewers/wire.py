@@ -27,7 +27,14 @@ SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 TWIST = ("geometry_msgs/Twist", "geometry_msgs/msg/Twist")
 STICKS = ("rems_msgs/Stick", "rems_msgs/msg/Stick")
 #: what a viewer may do
-ABLE = ("clientPublish", "services", "time")
+ABLE = ("clientPublish", "parameters", "parametersSubscribe", "services", "time")
+#: messages about parameters
+PARAMETERS = (
+    "getParameters",
+    "setParameters",
+    "subscribeParameterUpdates",
+    "unsubscribeParameterUpdates",
+)
 INFO, WARNING, ERROR = 0, 1, 2
 #: what a viewer sends to call a verb of an agent, as a JSON schema
 CALL = {
