@@ -1,6 +1,7 @@
 """Serving: the page of a fabric, from a free port until the caller ends it."""
 
 import asyncio
+import signal
 import socket
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -51,6 +52,13 @@ def serve(server: Server | RecordedServer, sock: socket.socket) -> None:
     """Serve pages at a bound socket until interrupted; then close what they show."""
 
     async def until_cancelled() -> None:
+        # asyncio cancels at Ctrl+C. An exception of another signal's handler could be
+        # raised in asyncio itself, between a task's end and the one that awaits it.
+        cancel = signal.getsignal(signal.SIGINT)
+        for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+            sign = getattr(signal, name, None)
+            if sign and callable(signal.getsignal(sign)):
+                signal.signal(sign, cancel)
         async with await server.listen(sock):
             await server.run()
 

@@ -21,6 +21,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from rems_net.cli import INTERRUPTED
 from rems_net.client import Fabric, join
 from rems_net.dashboard.viewers.grip import Echo
 from rems_net.dashboard.viewers.wire import ABLE, SUBPROTOCOLS, read_stick, read_topic
@@ -324,6 +325,22 @@ def test_who_gets_in(lab: Viewed) -> None:
         with pytest.raises(InvalidStatus) as refused, viewer(lab.link):
             pass
         assert refused.value.response.body == b"4 viewers look already.\n"
+
+
+def test_it_ends_while_viewers_leave(lab: Viewed) -> None:
+    page = lab.start("dashboard", "--no-qr", "--viewers", stdout=subprocess.PIPE)
+    try:
+        assert page.stdout is not None
+        found = (re.search(r"ws://\S+", line) for line in page.stdout)
+        url = next(one for one in found if one).group()
+        with viewer(url) as one, viewer(url) as other:
+            one.look("/tf")
+            other.look("/tf")
+        page.terminate()  # their tasks are being cancelled
+        assert page.wait(20) == INTERRUPTED
+    finally:
+        page.kill()
+        page.communicate()
 
 
 def test_stop_is_a_service(lab: Viewed) -> None:
