@@ -37,5 +37,5 @@ class Reasons:
     def total(self) -> str:
         """Return how many values there were, and why; "" if there were none."""
         values = "1 value" if self.count == 1 else f"{self.count} values"
-        why = " ".join(f"{n} x: {said}" for n, said in self.rows.values())
+        why = " ".join(f"{n} x: {first}" for n, first in self.rows.values())
         return f"{values} in all. {why}" if self.count else ""
