@@ -40,6 +40,7 @@ from rems_net.agents.protocol.plan import (
     robot_classes,
     usual_sources,
 )
+from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
 from rems_net.defdict import Rule
@@ -262,7 +263,9 @@ class Lineup:
                 sources = self.plans[robot].sources
                 sources |= {f"{CALLED}/{port}": port for port in ports}
         check_foreseen(self.plans, entries, agents)
-        driven = [key for key, agent in agents.items() if not agent.lockstep]
+        driven = [
+            k for k, a in agents.items() if isinstance(a, Robot) and not a.lockstep
+        ]
         if self.catch_up and driven:
             raise ExperimentError(
                 f"catch_up would drive {driven[0]} in fast forward after a hold; leave "

@@ -10,9 +10,10 @@ from threading import get_ident
 from typing import Any, NamedTuple, Self
 
 from rems_net.agents.about.wiring import Entry
-from rems_net.agents.agent import Agent
+from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verbs_of
 from rems_net.defdict import parse_quantity
@@ -85,6 +86,8 @@ class Solo:
             )
         members, engine = self._build(self.seed), Engine()
         for agent, sources, _, again in members:
+            if isinstance(agent, Output):  # an engine has nobody to leave behind
+                runtime(agent).in_step = True
             engine.add(agent, sources, again)
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
