@@ -256,6 +256,12 @@ def test_a_folder_holds_a_dozen_files() -> None:
         assert len(files) <= 12, f"{folder.name}: {len(files)} files"
 
 
+def test_the_rule_of_a_tick_is_short() -> None:
+    """A reader finds it in one room, which is read in an evening."""
+    texts = [p.read_text(encoding="utf-8") for p in FILES if room(p) == "engine"]
+    assert sum(len(text.splitlines()) for text in texts) <= 900
+
+
 def test_one_room_speaks_zenoh() -> None:
     for path in FILES:
         if room(path) != "router":

@@ -41,6 +41,13 @@ def robot(*args: object, **settings: object) -> Callable[[], object]:
             r"Experiment\(\) does not take 'sed'.* Did you mean 'seed'",
         ),
         (
+            lambda: setattr(lab(), "patience", 3),
+            r"an experiment has no setting 'patience', .* Write wait=\{\"back\".*",
+        ),
+        (lambda: setattr(lab(), "sed", 3), r".* no setting 'sed'.* Did you .*'seed'"),
+        (lambda: setattr(lab(), "dt", "3 m"), r"dt: .*"),
+        (lambda: setattr(lab(), "run", 3), r".* no setting 'run', .*"),
+        (
             lambda: any_run(lab(), fast=True),
             r"run\(\) does not take.* Write pace=\"fast\"\.",
         ),

@@ -30,6 +30,10 @@ HEADLESS = re.compile(
     r"(?:^|[.;:!?]\s+)(?:Who|Whoever|What|Whatever)\s(?!(?:is|are|can|do|to)\b[^.]*\?)"
     r"|\b(?<!those )(?<!one )(?<!anybody )(?<!somebody )(?:whoever|whatever)\b"
 )
+#: names in a text: what an f-string puts in, `names`, and parameters (`said: ...`)
+CODE = re.compile(
+    r"\{[^{}\n]*\}|`[^`\n]*`|(?m:(?:^\s*|\s\s|(?<=\. ))(?:\w+, )*\w+(?=: ))"
+)
 #: first words of a docstring that is a fragment, not an instruction
 FRAGMENT = {
     *[
@@ -104,7 +108,7 @@ def texts(source: str) -> Iterator[str]:
     """Comments and strings of a module that have a blank: what people read."""
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type in (tokenize.COMMENT, tokenize.STRING) and " " in token.string:
-            yield " ".join(token.string.strip("#:\"' ").split())
+            yield " ".join(CODE.sub("x", token.string).strip("#:\"' ").split())
 
 
 def fragments(source: str) -> Iterator[str]:

@@ -184,8 +184,8 @@ def asking_nobody(path: Path) -> Iterator[None]:
         calls += 1
         if calls > TRIES:  # no exception would end it
             sentence = (
-                f"{path.name} calls input() again and again, and catches whatever ends "
-                "it: write `except ValueError:` in place of `except:`."
+                f"{path.name} calls input() again and again, and catches each error "
+                "that ends it: write `except ValueError:` in place of `except:`."
             )
             os.write(_errors, f"{sentence}\n".encode())
             os._exit(1)

@@ -96,3 +96,22 @@ def given_paths(theirs: Schema, wanted: Schema, rules: Rules) -> set[str]:
             left.remove(rule)
             found |= {*rule.gives.paths}
     return found
+
+
+def shared(
+    own: Schema, theirs: Schema, rules: Rules, reader: str, source: str
+) -> Schema:
+    """Return the fields of `own` that the writer gives: by the same paths, or rules.
+
+    rules: of the reader.  reader, source: names of both, for the message. Raises
+    ExperimentError for a writer that gives none.
+    """
+    given = given_paths(theirs, own, rules)
+    paths = [path for path in own.paths if path in given]
+    if not paths:
+        raise ExperimentError(
+            f"{source} is one of several writers of {reader} and gives none of its "
+            f"fields: it has {', '.join(theirs.paths)}, and {reader} has "
+            f"{', '.join(own.paths)}. (R0420)"
+        )
+    return own.slice(*paths)

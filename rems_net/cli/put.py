@@ -17,7 +17,7 @@ examples:
   rems put robot/sim/command speed="20 cm/s" turn="10 deg/s"
 
 Fields that are not named keep their value. A robot obeys a command for as long
-as its definition says (0.5 s), then it stands: --for repeats the command.
+as its definition has it (0.5 s), then it stands: --for repeats the command.
 """
 #: s. Time between two commands with --for; a robot obeys each for 0.5 s.
 PERIOD = 0.1

@@ -7,7 +7,7 @@ from pathlib import Path
 from rems_net.cli.info import recording_in
 from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap.reader import McapFile
-from rems_net.recordings.mcap.scan import finish
+from rems_net.recordings.mcap.scan import finish, scan
 
 EXAMPLES = """\
 examples:
@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
     """Finish the file, and print how much of the run it has."""
     path = recording_in(args.path)
     try:
-        done = finish(path)
+        done = finish(path) or _mended(path)
     except FileNotFoundError:
         raise ExperimentError(
             f"there is no file {path}; expected a recording, such as "
@@ -45,3 +45,18 @@ def run(args: argparse.Namespace) -> int:
     has = f"{sum(file.counts.values())} values, until {until:g} s"
     print(f"{path} {'has an end now' if done else 'is whole'}: it has {has}.")
     return 0
+
+
+def _mended(path: Path) -> bool:
+    """Write a damaged summary anew, and check the chunks of a recording of ours.
+
+    Returns whether the file has changed. Raises OSError, and ExperimentError for a
+    damaged chunk.
+    """
+    try:
+        ours = McapFile(path).about()
+    except ExperimentError:
+        return finish(path, damaged=True)
+    if ours:
+        scan(path)
+    return False

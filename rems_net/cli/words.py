@@ -97,15 +97,19 @@ def recording_of(args: argparse.Namespace) -> Recording:
     from rems_net.recordings.recording import read
 
     recording = read(run_of(args), like=args.like)
-    passed = recording.passed()
-    if passed and not [*recording]:
-        where = show_path(recording.files[0])
+    if not recording.files or [*recording]:
+        return recording
+    where = show_path(recording.files[0])
+    if passed := recording.passed():
         which = ", ".join(f"{topic} ({why})" for topic, why in passed.items())
         raise ExperimentError(
             f"nothing in {where} can be read here; passed over: {which}. "
             "Expected the run.mcap of a run. (R0843)"
         )
-    return recording
+    raise ExperimentError(
+        f"{where} has no values: the process that wrote it ended before its first "
+        "second was over. (R0843)"
+    )
 
 
 def run_of(args: argparse.Namespace) -> Path:

@@ -60,7 +60,7 @@ def _clocks(fabric: str, count: int) -> Finding:
     if count > 1:
         return Finding(
             False,
-            f"fabric {fabric!r} has {count} clocks, so agents hear two times: end "
+            f"fabric {fabric!r} has {count} clocks, so agents receive two times: end "
             "one of them, or give it a --fabric of its own",
         )
     if count:

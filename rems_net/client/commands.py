@@ -93,7 +93,7 @@ class Commands:
             self._told.add(robot)
             warn(
                 "stop",
-                f"{robot} is stopped: it stands still, whatever it is told, until it "
+                f"{robot} is stopped: it stands still, and obeys no command, until it "
                 "is released. Type: rems stop --release",
             )
 

@@ -56,7 +56,7 @@ def join(fabric: str = "", at: str = "") -> Fabric:
         warn(
             "several",
             f"{len(more) + 1} runs are here; this is the newest, at "
-            f"{session.link.endpoint}. For another, say which: {ports}",
+            f"{session.link.endpoint}. For another, name it: {ports}",
         )
     return Fabric(session)
 

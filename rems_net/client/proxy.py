@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
+from rems_net.agents.about.wiring import is_source
 from rems_net.client.client import Client, UnansweredError
 from rems_net.defdict import DefDict, Schema
-from rems_net.engine.wiring import is_source
 from rems_net.errors import FabricError, RemsError, UnknownFieldError, nearest
 from rems_net.events import warn
 from rems_net.router.asking import printable

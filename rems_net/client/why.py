@@ -81,8 +81,8 @@ def _of_board(client: Client, agent: str) -> Iterator[str]:
         found = client.call(agent, "figures", (), {})
         offset, delay = _number(found["offset"]), _number(found["delay"])
         yield (
-            f"{agent} heard the newest tick at most {1000 * delay:.0f} ms after it was "
-            f"made; its own clock is {abs(offset):.3f} s "
+            f"{agent} received the newest tick at most {1000 * delay:.0f} ms after it "
+            f"was made; its own clock is {abs(offset):.3f} s "
             f"{'behind' if offset < 0 else 'ahead of'} the fabric's time."
         )
 
@@ -91,12 +91,12 @@ def _of_in(key: str, told: dict[str, Any], port: dict[str, Any]) -> Iterator[str
     source = port["source"]
     who = f"from {source}" if source else "from a program outside"
     if port["heard"] is None:
-        hint = "" if source else f" Whoever puts a value at {key} is heard."
+        hint = "" if source else f" It takes a value that any program puts at {key}."
         yield f"Nothing that fits has come at {key} {who} yet.{hint}"
     else:
         old = max(0.0, told["time"] - port["heard"])
         yield (
-            f"{key} has what was said {who} at {port['heard']:.2f} s, {old:.2f} s of "
+            f"{key} has the value {who} at {port['heard']:.2f} s, {old:.2f} s of "
             "fabric time ago."
         )
         if old > port["max_age"]:

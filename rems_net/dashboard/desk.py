@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
 from typing import Any, TypeVar
 
+from rems_net.agents.about.scenery import scene_by
 from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE, read_rows, read_schemas, read_told
@@ -19,7 +20,6 @@ from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
 from rems_net.dashboard.protocol import described
-from rems_net.engine.scenery import scene_by
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable

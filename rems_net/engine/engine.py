@@ -5,33 +5,29 @@ of this tick from an earlier phase, and the value of the tick before from any ot
 the results of a tick depend on the agents alone, and not on where they run.
 """
 
-import inspect
 from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
+from rems_net.agents.about.mistakes import never_set, refuse_returned
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
-from rems_net.agents.diagnosis import OWN, failure
+from rems_net.agents.diagnosis import failure
 from rems_net.agents.robot import Driver, Robot, be_safe
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLED
 from rems_net.agents.world import Shared
-from rems_net.defdict import DefDict
 from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
-from rems_net.engine.outside import Visits
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.share import Share
-from rems_net.engine.wiring import Entry
-from rems_net.errors import SchemaError
+from rems_net.engine.visits import Visits
 from rems_net.events import warn
 from rems_net.maths.draws import Draws
 
 Step = Callable[[Tick], object]
 After = Callable[[str, Tick], None]
-#: Number of Outs that were never set and are named; more are counted.
-SHOWN = 5
 
 
 class Phase(NamedTuple):
@@ -84,7 +80,10 @@ class Engine:
         for port, one in agent.ins().items():
             if port not in several:
                 kind = MessageInlet if one.messages else Inlet
-                self.inlets.append(kind(agent, port, sources.get(port), self.agents))
+                inlet = kind(agent, port, sources.get(port), self.agents)
+                self.inlets.append(inlet)
+                if isinstance(inlet, MessageInlet):
+                    self.visits.recorders.append(inlet)
         for port, source in sorted(sources.items()):
             if port.startswith(CALLED):
                 self.inlets.append(Calls(agent, source, self.agents))
@@ -104,7 +103,6 @@ class Engine:
 
         Returns the files they made, and the first agent that failed, with the cause.
         """
-        self.visits.close()
         made: list[str] = []
         failed: tuple[str, str] | None = None
         for agent in self.agents.values():
@@ -122,17 +120,8 @@ class Engine:
         These are: Outs that were never set, random numbers without a seed, and dropped
         values. name: of the process that draws random numbers.
         """
-        never = [
-            f"{agent.key} never set {port!r}"
-            for agent in self.agents.values()
-            if agent.kind not in ("robot", "world") and runtime(agent).tick.n
-            for port in agent.outs()
-            if port not in runtime(agent).written
-        ]
-        if never and not failed:
-            rest = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
-            shown = ", ".join(never[:SHOWN])
-            warn("unset", f"{shown}{rest}; who reads it saw its default")
+        if not failed and (never := never_set(self.agents.values())):
+            warn("unset", never)
         for sentence in self._draws.told(name):
             warn("differs", sentence)
         for inlet in self.inlets:
@@ -225,7 +214,7 @@ class Engine:
         for run in runs:
             run.begin(tick)
         if (returned := step(first.tick)) is not None:
-            _refuse(agent, returned)
+            refuse_returned(agent, returned)
         first.end()
         self.acting = ""
 
@@ -273,21 +262,3 @@ def _collect(agent: Agent, made: list[str]) -> None:
 
 def _is_recorder(agent: Agent) -> bool:
     return any(port.messages for port in agent.ins().values())
-
-
-def _refuse(agent: Agent, returned: object) -> None:
-    """Raise SchemaError if a step returned a value that it should have set."""
-    outs = list(agent.outs())
-    if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
-        returned.close()
-        word = "yield" if inspect.isgenerator(returned) else "async"
-        name = OWN.get(agent.kind, "step")
-        raise SchemaError(
-            f"{type(agent).__name__}.{name} has {word!r}, so nothing in it is done; "
-            f"write `def {name}(self, tick)` without {word!r}. (R0502)"
-        )
-    if outs and isinstance(returned, Mapping | DefDict):
-        raise SchemaError(
-            f"{type(agent).__name__}.step returned {returned!r:.60}, which goes "
-            f"nowhere; set its Out: self.{outs[0]} = {returned!r:.60} (R0503)"
-        )

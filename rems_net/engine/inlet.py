@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from typing import Any, Protocol
 
+from rems_net.agents.about.mistakes import odd_glob, refusal
+from rems_net.agents.about.reasons import Reasons
+from rems_net.agents.about.wiring import Entry, Written, reads_itself, resolve
 from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema, lock
-from rems_net.engine.reasons import Reasons
 from rems_net.engine.source import Conversion, Gone, Local, Source, Value
-from rems_net.engine.wiring import Entry, Written, reads_itself, resolve
-from rems_net.errors import RemsError, SchemaError
+from rems_net.errors import RemsError
 from rems_net.events import warn
 
 
@@ -55,14 +55,15 @@ class Inlet:
         self.sources: list[Source] = []
         #: sources that do not depend on the members of the run
         self.steady: list[Source] = []
-        self._reasons = Reasons()
+        #: why values were dropped
+        self.reasons = Reasons()
         self._many = source is not None and "*" in source
         # A glob of the class itself is for agents that may be there.
         own = agent.ins().get(port)
         #: numbers of ports that it may read without a warning
         self._usual = {0, 1} if own is not None and source == own.source else {1}
         #: makes the error of an agent that sets its In
-        self._refuse = _refusal(port, agent.kind == "robot")
+        self._refuse = refusal(port, agent.kind == "robot")
         if live is not None:
             lock(live, self._refuse)
         elif self.schema is None:
@@ -130,21 +131,11 @@ class Inlet:
     def _check(self, read: list[Written]) -> None:
         """Warn, once each, of a glob that matches nothing or too much."""
         count = min(len(read), 2)
-        if count in self._usual or not self._many:
-            return
-        if not read:
-            self._usual.add(count)
-            self._warn("glob", f"reads {self.source!r}, which matches nothing yet.")
-        elif self.schema is not None:
-            # A check refuses it; on an open fabric, agents come later.
-            self._usual.add(count)
-            a, b, *more = (one.key for one in read)
-            self._warn(
-                "glob",
-                f"has a schema, so it reads one port, and {self.source!r} "
-                f"matches {2 + len(more)}, {a} and {b} among them: it takes what comes "
-                "last. Name one.",
-            )
+        if self._many and count not in self._usual:
+            keys = [one.key for one in read]
+            if said := odd_glob(str(self.source), keys, self.schema is not None):
+                self._usual.add(count)
+                self._warn("glob", said)
 
     def _warn(self, kind: str, text: str, tick: int = 0) -> None:
         warn(kind, f"{self.key} {text}", self.agent.key, tick)
@@ -189,42 +180,16 @@ class Inlet:
 
     def _drop(self, label: str, error: RemsError, tick: Tick) -> None:
         """Count a value that does not fit, and warn; it never ends an agent."""
-        new = self._reasons.add(str(error))
-        if new or self._reasons.count % 1000 == 0:
+        new = self.reasons.add(str(error))
+        if new or self.reasons.count % 1000 == 0:
             self._warn(
                 "rejected",
-                f"dropped a value from {label} ({self._reasons.count} so far, now at "
+                f"dropped a value from {label} ({self.reasons.count} so far, now at "
                 f"{tick.t:g} s): {error}",
                 tick.n,
             )
 
-    def why(self) -> dict[str, Any]:
-        """Return the time of its last value, and the drops. For any thread."""
-        return {
-            "source": self.source or "",
-            "heard": self.run.source_time(self.port),
-            "dropped": self._reasons.count,
-            "reasons": [[*row] for row in list(self._reasons.rows.values())],
-        }
-
     def total(self) -> None:
         """Warn, at the end, how many values were dropped, and why."""
-        if count := self._reasons.count:
-            values = "1 value" if count == 1 else f"{count} values"
-            why = " ".join(f"{n} x: {said}" for n, said in self._reasons.rows.values())
-            self._warn("rejected", f"dropped {values} in all. {why}")
-
-
-@cache
-def _refusal(port: str, robot: bool) -> Callable[[str], SchemaError]:
-    """Return a function that makes the error of setting a field, from its path."""
-    instead = "engine.put(key, {...}) commands a robot" if robot else "write to an Out"
-
-    def refuse(path: str) -> SchemaError:
-        return SchemaError(
-            f"{path!r} of {port!r} is set, and {port} is an In: its value is another "
-            f"agent's, and can only be read; {instead}, or copy it: "
-            f"mine = self.{port}.copy() (R0506)"
-        )
-
-    return refuse
+        if said := self.reasons.total():
+            self._warn("rejected", f"dropped {said}")

@@ -6,21 +6,17 @@ cost little beside what the crowd does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cached_property
+from collections.abc import Mapping
+from functools import cached_property, partial
 
+from rems_net.agents.about.payloads import MANY, Later, Waiting
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.ports import Messages
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLS
-from rems_net.defdict import Rows, Schema, ToCdr, cdr, row_codec
+from rems_net.defdict import Rows, Schema, cdr, row_codec
 from rems_net.engine.inlet import Inlet, Network
 from rems_net.engine.source import Conversion, Local, Value
-from rems_net.engine.wiring import Entry
-from rems_net.errors import RemsError
-
-#: Ports of one schema. From so many on, their messages are made as rows: more than the
-#: robots of a run that has points of rays, which are made of single messages.
-MANY = 50
 
 
 class Block:
@@ -49,48 +45,6 @@ class Block:
         for one in self._sources:
             one.have = self._first.have
         return self._sources
-
-
-class Later(ToCdr):
-    """Payloads of one port, put aside until those of its schema make messages."""
-
-    def __init__(self, schema: Schema, key: str, waiting: Waiting) -> None:
-        super().__init__(schema)
-        self._key, self._waiting = key, waiting
-
-    @cached_property
-    def decode(self) -> Callable[[bytes], bytes]:
-        """Put a payload aside. Returns b"": there is no message yet."""
-        return self._wait
-
-    def _wait(self, payload: bytes) -> bytes:
-        self._waiting.keys.append(self._key)
-        self._waiting.payloads.append(payload)
-        return b""
-
-
-class Waiting:
-    """Payloads of one schema, from other processes."""
-
-    def __init__(self, schema: Schema) -> None:
-        self._codec, self._rows = cdr(schema), row_codec(schema)
-        self.keys: list[str] = []
-        self.payloads: list[bytes] = []
-
-    def take(self, messages: Messages, drop: Callable[[str, RemsError], None]) -> None:
-        """Add their messages. drop: called with a key whose payload does not fit."""
-        keys, payloads, rows = self.keys, self.payloads, None
-        if self._rows is not None and len(keys) >= MANY:
-            rows = self._rows.of_payloads(payloads)
-        if rows is not None:
-            messages.rows.append(Rows(tuple(keys), rows))
-        else:
-            for key, payload in zip(keys, payloads, strict=True):
-                try:
-                    messages[key] = self._codec.transcode(payload)
-                except RemsError as error:
-                    drop(key, error)
-        self.keys, self.payloads = [], []
 
 
 class MessageInlet(Inlet):
@@ -137,10 +91,7 @@ class MessageInlet(Inlet):
         for block in self._blocks:
             block.take(tick, self.messages)
         self._take(tick)
-
-        def drop(key: str, error: RemsError) -> None:
-            self._drop(key, error, tick)
-
+        drop = partial(self._drop, tick=tick)
         for waiting in self._waiting.values():
             waiting.take(self.messages, drop)
 

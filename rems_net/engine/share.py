@@ -3,30 +3,10 @@
 from collections.abc import Mapping
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.rules import Rules, given_paths
+from rems_net.agents.rules import shared
 from rems_net.defdict import Schema, changed, lock
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.source import Value
-from rems_net.errors import ExperimentError
-
-
-def shared(
-    own: Schema, theirs: Schema, rules: Rules, reader: str, source: str
-) -> Schema:
-    """Return the fields of `own` that the writer gives: by the same paths, or rules.
-
-    rules: of the reader.  reader, source: names of both, for the message. Raises
-    ExperimentError for a writer that gives none.
-    """
-    given = given_paths(theirs, own, rules)
-    paths = [path for path in own.paths if path in given]
-    if not paths:
-        raise ExperimentError(
-            f"{source} is one of several writers of {reader} and gives none of its "
-            f"fields: it has {', '.join(theirs.paths)}, and {reader} has "
-            f"{', '.join(own.paths)}. (R0420)"
-        )
-    return own.slice(*paths)
 
 
 class Share(Inlet):

@@ -2,11 +2,11 @@
 
 from typing import Any, Protocol, TypeAlias
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Converter, ToCdr
-from rems_net.engine.wiring import Entry
 from rems_net.errors import RemsError
 
 #: what makes the reader's value of its writer's

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.limits import NUMERICS
 from rems_net.agents.protocol.messages import Request
 from rems_net.defdict import Field, Schema
 from rems_net.defdict.wire.reader import longest
-from rems_net.engine.wiring import Entry
 from rems_net.errors import SchemaError
 from rems_net.packing import pack
 

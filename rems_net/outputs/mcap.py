@@ -92,7 +92,7 @@ class McapOutput(Output):
         return self._file
 
     def _about(self) -> dict[str, str]:
-        """Return what the file says of its experiment, as JSON."""
+        """Return what the file has of its experiment, as JSON."""
         told = read_manifest(self.out)
         plain = {} if told is None else told.plain()
         if told is not None and told.dt != runtime(self).dt:

@@ -41,7 +41,7 @@ class PicturesOutput(Output):
         if not self._folders and not self._told:
             self._told = True
             heard = ", ".join(values) or "nobody"
-            text = f"{self.key}: there is no picture to keep; it hears {heard}"
+            text = f"{self.key}: there is no picture to keep; it reads {heard}"
             warn("unset", text, self.key)
 
     def _folder(self, name: str) -> Path:

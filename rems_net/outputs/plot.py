@@ -19,6 +19,8 @@ from rems_net.events import warn
 
 #: ticks that may wait for the window; of more, the newest are kept
 WAITING = 1000
+#: s. The thread that writes to the window rests so long between two batches of rows.
+REST = 0.03
 #: s. The window has this long to draw the last values, and to close.
 LAST = 3.0
 
@@ -29,10 +31,12 @@ class PlotOutput(Output):
     fields: such as `["robot/sim/state/x"]`, drawn over time. Without it, the paths of
     all robots whose state has `x` and `y`.
 
-    The window is a process of its own, which a run never waits for: values that it is
-    too slow for are left out. Without a display, or without matplotlib, one sentence
-    is printed, and the run goes on.
+    A run never waits for it, and the window is a process of its own: both take the
+    newest values, and leave out what they are too slow for. Without a display, or
+    without matplotlib, one sentence is printed, and the run goes on.
     """
+
+    lockstep = False
 
     options = Settings(fields=text(max_len=65_536))
     inputs = In(source="input/*/*")
@@ -96,7 +100,7 @@ class _Window:
 
     def __init__(self, head: dict[str, Any]):
         self._rows: deque[list[Any]] = deque(maxlen=WAITING)
-        self._new, self._over = Event(), False
+        self._new, self._end = Event(), Event()
         self._head, self._why = head, ""
         self._process: subprocess.Popen[bytes] | None = None
         self._thread = Thread(target=self._live, daemon=True)
@@ -130,16 +134,17 @@ class _Window:
         self._why = why or "its window was closed"
 
     def _write(self, pipe: IO[bytes]) -> None:
-        while not self._over or self._rows:
+        while not self._end.is_set() or self._rows:
             self._new.wait()
             self._new.clear()
             while self._rows:
                 pipe.write(json.dumps(self._rows.popleft()).encode() + b"\n")
             pipe.flush()
+            self._end.wait(REST)
 
     def close(self) -> None:
         """Let the window draw what it has, and end it."""
-        self._over = True
+        self._end.set()
         self._new.set()
         self._thread.join(LAST)
         if self._process is not None and self._thread.is_alive():

@@ -14,8 +14,12 @@ from typing import Any
 
 #: points of a line; of more, every second one is kept
 POINTS = 4000
-#: s between two pictures
+#: s between two pictures, at least
 PAUSE = 0.05
+#: s of pause for each second of processor time that a picture takes: agents go first
+SHARE = 4.0
+#: s. A pause is no longer than this, so that a window closes soon.
+LONGEST = 1.0
 #: rows that wait to be drawn
 ROWS: deque[list[Any] | None] = deque(maxlen=20_000)
 
@@ -90,9 +94,9 @@ def main(head: dict[str, Any]) -> str:
     lines = Lines(head, figure)
     plt.show(block=False)
     Thread(target=read, daemon=True).start()
-    going = True
+    going, pause = True, PAUSE
     while going and plt.fignum_exists(figure.number):
-        new = bool(ROWS)
+        new, begun = bool(ROWS), os.times().user
         while ROWS and going:
             row = ROWS.popleft()
             going = row is not None
@@ -100,7 +104,8 @@ def main(head: dict[str, Any]) -> str:
                 lines.add(row)
         if new:
             lines.draw()
-        figure.canvas.start_event_loop(PAUSE)
+        figure.canvas.start_event_loop(pause)
+        pause = min(max(PAUSE, SHARE * (os.times().user - begun)), LONGEST)
     return ""
 
 

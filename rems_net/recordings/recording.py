@@ -41,7 +41,8 @@ def read(folder: Path | str, *, like: str = "") -> Recording:
     if path.suffix == ".mcap" and path.is_file():
         return Recording(path.resolve().parent, [path.resolve()])
     if not path.is_dir():
-        what = f"{path} is a file" if path.exists() else f"There is no folder {path}"
+        kind = "file" if path.suffix else "folder"
+        what = f"{path} is a file" if path.exists() else f"There is no {kind} {path}"
         raise ExperimentError(
             f"{what}; expected the folder of a run, such as runs/demo.{near(path)} "
             "(R0840)"

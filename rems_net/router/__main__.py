@@ -46,7 +46,7 @@ def main() -> int:
             elif not is_here(listen):
                 _, port = host_and_port(listen)
                 said.append(
-                    "Whoever reaches it can stop and end runs; limit it by "
+                    "All who reach it can stop and end runs; limit it by "
                     f"--listen tcp/127.0.0.1:{port} or --users FILE"
                 )
             print("\n".join(said), flush=True)

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.badge import badge_of, new_run
 from rems_net.agents.protocol.messages import Farewell, Request, pack_beat, pack_done
@@ -18,7 +19,6 @@ from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.tick import Tick
 from rems_net.client import join
-from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, FabricError
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack, pack_stamp

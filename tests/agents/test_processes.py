@@ -195,8 +195,8 @@ while True:
     status, said = script(tmp_path, text, "1", typed="40\n")
     assert status == 1
     assert (
-        "lab.py calls input() again and again, and catches whatever ends it: write "
-        "`except ValueError:` in place of `except:`."
+        "lab.py calls input() again and again, and catches each error that ends it: "
+        "write `except ValueError:` in place of `except:`."
     ) in said
 
 

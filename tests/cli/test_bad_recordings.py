@@ -94,6 +94,18 @@ def test_a_file_without_its_end_is_read(
         assert 15 < len(rows.splitlines()) < 31
 
 
+@pytest.mark.parametrize("verb", ["plot", "compare", "export"])
+def test_a_file_without_values(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str
+) -> None:
+    """Cut before its first chunk; no list of nothing is offered."""
+    path = write(tmp_path / "run.mcap")
+    path.write_bytes(path.read_bytes()[: McapFile(path).chunks[0].at])
+    status, _, err = said(capsys, verb, str(path))
+    assert (status, len(err.splitlines())) == (2, 1), err
+    assert "run.mcap has no values: the process that wrote it ended before" in err
+
+
 @pytest.mark.parametrize("verb", READERS[1:])
 def test_a_file_of_another_program(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str

@@ -25,8 +25,8 @@ robot/model  Woodbot done by Kinematic
                 [rad/s]
 
 output/log  CsvOutput
-  in  robots  whatever is there  <- robot/*/*
-  in  worlds  whatever is there  <- world/*/*
+  in  robots  every port that is there  <- robot/*/*
+  in  worlds  every port that is there  <- world/*/*
 """
 SCRIPT = """\
 import sys

@@ -110,7 +110,7 @@ def test_another_program() -> None:
     with program(b"SSH-2.0-OpenSSH_9.6\x1b[2J\r\n") as endpoint:
         (sentence,) = bad(endpoint)
     assert sentence == (
-        f"{endpoint} is another program, and no router: it says "
+        f"{endpoint} is another program, and no router: it answers "
         "'SSH-2.0-OpenSSH_9.6?[2J'. (R0605)"
     )
 
@@ -120,9 +120,9 @@ def test_a_program_that_says_nothing() -> None:
     for says in (b"", None):
         with program(says) as endpoint:
             assert bad(endpoint) == [
-                f"{endpoint} takes connections and says nothing: a VPN or a proxy in "
-                "between takes them in the router's place (turn it off), the router is "
-                "frozen or has more connections than it takes, or it is another "
+                f"{endpoint} takes connections and answers nothing: a VPN or a proxy "
+                "in between takes them in the router's place (turn it off), the router "
+                "is frozen or has more connections than it takes, or it is another "
                 "program: mind the port (7447). Where `rems router serve` runs, s and "
                 "Enter stop all robots. (R0605)"
             ]
@@ -161,7 +161,7 @@ def test_a_router_without_a_clock_and_with_two() -> None:
             session.present("rems/clock/@run/1")
             session.present("rems/clock/@run/2")
             assert bad(router.endpoint)[0] == (
-                "fabric 'rems' has 2 clocks, so agents hear two times: end one of "
+                "fabric 'rems' has 2 clocks, so agents receive two times: end one of "
                 "them, or give it a --fabric of its own"
             )
 

@@ -56,7 +56,7 @@ def test_what_it_writes_is_in_order(
     text = {p.stem: p.read_text(encoding="utf-8") for p in folder.glob("my_*.py")}
     assert '"shoulder": angle(range=(-1.2, 1.5)),' in text["my_weak"]
     assert '"left": length(range=(0, 0.05)),' in text["my_weak"]
-    assert text["my_weak"].count("# a guess: the file says none") == 1
+    assert text["my_weak"].count("# a guess: the file has none") == 1
     assert '"right"' not in text["my_weak"]  # it follows the left one
     assert '"left": angular_velocity(range=(-20, 20)),' in text["my_cart"]
     assert 'return Model(FILE, joints, friction={"caster": 0.0})' in text["my_cart"]

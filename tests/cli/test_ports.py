@@ -50,7 +50,7 @@ def test_which_there_are(program: Run) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     done = program("board", "ports", "--quiet")
     if done.returncode == 0:
-        assert "the system says" in done.stdout
+        assert "the system's name" in done.stdout
     else:
         assert "There is no serial port here." in done.stderr
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.about.outside import BEGIN, Outside
 from rems_net.agents.experiment.again.compared import compare
 from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.client import join
-from rems_net.engine.outside import BEGIN, Outside
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import in_one_host, until
 from tests.cli.recorded import SAME

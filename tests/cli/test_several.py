@@ -77,7 +77,7 @@ def test_every_verb_says_so(rems: Run, runs: tuple[One, One]) -> None:
     new, old = runs
     sentence = (
         f"2 runs are here; this is the newest, at {new.endpoint}. "
-        f"For another, say which: --at {old.port}"
+        f"For another, name it: --at {old.port}"
     )
     for words in (
         ("list", "--json"),
@@ -155,6 +155,6 @@ def test_the_command_line_says_what_to_type_to_a_stopped_robot(
     done = rems("call", "robot/bot1", "reset", "--at", old.port)
     assert (done.returncode, done.stderr) == (
         0,
-        "rems: robot/bot1 is stopped: it stands still, whatever it is told, until it "
+        "rems: robot/bot1 is stopped: it stands still, and obeys no command, until it "
         "is released. Type: rems stop --release\n",
     )

@@ -74,11 +74,11 @@ def test_nothing_has_come(fabric: Fabric, rems: Run) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == (
         "Nothing that fits has come at robot/sim/command from a program outside yet. "
-        "Whoever puts a value at robot/sim/command is heard.\n"
+        "It takes a value that any program puts at robot/sim/command.\n"
     )
     shadow = rems("why", "robot/shadow").stdout.splitlines()
     assert re.fullmatch(
-        r"robot/shadow/command has what was said from robot/sim/command at "
+        r"robot/shadow/command has the value from robot/sim/command at "
         r"\d+\.\d\d s, 0\.0\d s of fabric time ago\.",
         shadow[0],
     )

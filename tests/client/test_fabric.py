@@ -239,7 +239,7 @@ def test_stop_latches_until_released(fabric: Fabric) -> None:
 def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
     told: list[Event] = []
     sentence = (
-        "robot/free is stopped: it stands still, whatever it is told, until it is "
+        "robot/free is stopped: it stands still, and obeys no command, until it is "
         "released. Type: rems stop --release"
     )
     event = Event("warning", 0, "", "stop", sentence)

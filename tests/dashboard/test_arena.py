@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rems_net.agents.about.scenery import scene_of
 from rems_net.bodies.tree import Tree
-from rems_net.engine.scenery import scene_of
 from rems_net.robots.scaler import BEGIN, Scaler
 from tests.agents.runs import until
 from tests.commands import command, environment

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.about.outside import Outside
 from rems_net.client import join
-from rems_net.engine.outside import Outside
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import until
 from tests.dashboard import test_page

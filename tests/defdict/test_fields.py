@@ -259,7 +259,7 @@ def test_help_shows_the_arguments() -> None:
     # A line for each since Python 3.13.
     together = " ".join(shown.split()).replace("( ", "(")
     assert "length(unit: 'str' = 'm', *, range: " in together
-    assert "Make a field that holds length, in m unless told." in shown
+    assert "Make a field that holds length, by default in m." in shown
 
 
 def test_arrays_make_fields_equal_or_not() -> None:

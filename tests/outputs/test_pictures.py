@@ -164,7 +164,7 @@ def test_nobody_has_a_camera(tmp_path: Path, capfd: pytest.CaptureFixture[str]) 
     for n in range(3):
         album.write(Tick(n, n / 10, 0.1))
     said = (
-        "warning: output/album: there is no picture to keep; it hears robot/bot/state"
+        "warning: output/album: there is no picture to keep; it reads robot/bot/state"
     )
     assert capfd.readouterr().err.splitlines() == [said]
     assert album.made() == []

@@ -9,13 +9,15 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Event as Timer
 
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
 from rems_net.events import Event, listening
-from rems_net.outputs.plot import WAITING, _Window
+from rems_net.outputs.plot import WAITING, PlotOutput, _Window
 from tests.agents.runs import until
 from tests.commands import ROOT
 
@@ -89,6 +91,27 @@ def test_a_window_that_takes_nothing_delays_nothing(
     assert len(window._rows) <= WAITING
     assert window._rows[-1] == [3.0 * WAITING - 1]
     window.close()
+
+
+class Slow(PlotOutput):
+    """A figure that takes 0.1 s for each of its ticks, and notes them."""
+
+    def write(self, tick: Tick) -> None:
+        with (self.out / "ticks.txt").open("a", encoding="ascii") as file:
+            print(tick.n, file=file)
+        Timer().wait(0.1)
+
+
+def test_a_run_does_not_wait_for_a_figure(tmp_path: Path) -> None:
+    """It leaves out the ticks that it is too slow for; the recording has all."""
+    made = lab()
+    del made.plans["output/figure"]
+    made.output("figure", Slow)
+    made.output("log", "csv")
+    made.duration = 20.0
+    result = made.run(tmp_path / "run")
+    ticks = (tmp_path / "run" / "ticks.txt").read_text(encoding="ascii").split()
+    assert result.ticks == len(result["sim"]["state/x"]) == 400 > len(ticks) > 0
 
 
 @pytest.mark.parametrize("fields", [[], LINES])

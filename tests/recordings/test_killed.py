@@ -22,6 +22,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.cli import main
 from rems_net.errors import AgentError
+from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Told, until
 from tests.agents.test_determinism import lab as carts
@@ -144,6 +145,34 @@ def test_what_cannot_be_repaired(
     (tmp_path / "run.mcap").write_text("time [s]")
     assert main(["repair", str(tmp_path)]) == 2
     assert "run.mcap is no MCAP file" in capsys.readouterr().err
+    write(tmp_path / "other.mcap", ticks=55).close()
+    data = (tmp_path / "other.mcap").read_bytes()
+    theirs = data.replace(b"rems_net", b"rosbag_2", 1)
+    (tmp_path / "run.mcap").write_bytes(theirs[:-300])
+    assert main(["repair", str(tmp_path)]) == 2
+    assert "run.mcap is of another program (rosbag_2)" in capsys.readouterr().err
+    assert (tmp_path / "run.mcap").read_bytes() == theirs[:-300]
+    at = McapFile(tmp_path / "other.mcap").chunks[1].at + 60
+    broken = data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+    (tmp_path / "run.mcap").write_bytes(broken)
+    assert main(["repair", str(tmp_path)]) == 2
+    assert "the checksum of a chunk does not fit" in capsys.readouterr().err
+    assert (tmp_path / "run.mcap").read_bytes() == broken
+
+
+def test_a_damaged_summary_is_written_anew(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every sentence that names `rems repair` is right: it mends this file."""
+    path = tmp_path / "run.mcap"
+    write(path, ticks=55).close()
+    data = path.read_bytes()
+    path.write_bytes(data[:-20] + bytes([data[-20] ^ 1]) + data[-19:])
+    assert main(["info", str(path)]) == 2
+    assert "rems repair" in capsys.readouterr().err
+    assert main(["repair", str(path)]) == 0
+    assert "has an end now" in capsys.readouterr().out
+    assert path.read_bytes() == data
 
 
 # -- a full disk -------------------------------------------------------------------

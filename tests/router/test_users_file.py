@@ -120,7 +120,7 @@ def test_an_open_router_says_so() -> None:
     status, out, err = router_says("--listen", f"tcp/0.0.0.0:{port}")
     assert (status, err) == (0, "")
     assert out.splitlines()[1:] == [
-        "Whoever reaches it can stop and end runs; limit it by "
+        "All who reach it can stop and end runs; limit it by "
         f"--listen tcp/127.0.0.1:{port} or --users FILE"
     ]
     status, out, err = router_says("--listen", f"tcp/127.0.0.1:{port}")

@@ -12,12 +12,12 @@ import pytest
 
 from rems_net import Experiment, Woodbot
 from rems_net.agents import registry
+from rems_net.agents.about.scenery import scene_by, scene_of
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.file import load
 from rems_net.agents.robot import Robot
 from rems_net.agents.world import World
 from rems_net.bodies.body import Embodied
-from rems_net.engine.scenery import scene_by, scene_of
 from rems_net.errors import MissingPartError
 from tests.commands import ROOT
 from tests.firmware.golden import schemas

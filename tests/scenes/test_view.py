@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from rems_net import Create2, Woodbot, YoubotArm
+from rems_net.agents.about.scenery import scene_of
 from rems_net.agents.robot import combine
 from rems_net.bodies.arena import Wall
 from rems_net.bodies.body import Model
 from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Box
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.engine.scenery import scene_of
 from rems_net.robots.scaler import Scaler
 from rems_net.scenes import view
 from rems_net.scenes.scene import Scene, Thing

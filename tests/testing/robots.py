@@ -150,7 +150,7 @@ class Hasty(Good):
 
 
 class Meddler(Good):
-    """drives: it was told speed = 0.5, and made it 0.25"""
+    """drives: its command was speed = 0.5, and it took 0.25"""
 
     def drive(self, command: DefDict, dt: float) -> None:  # wrong
         command.speed = command.speed / 2
@@ -232,7 +232,7 @@ class OwnStep(Good):
 
 
 class Swallows(Good):
-    """refuses: it was taken, and nothing said"""
+    """refuses: it was taken without an error"""
 
     def __init__(self, name: str = "", **rest: Any):  # wrong
         rest.pop("options", None)
@@ -337,7 +337,7 @@ class Herd(Good):
 
 
 class Backwards(Good):
-    """agrees: told"""
+    """agrees: commanded"""
 
     def drive(self, command: DefDict, dt: float) -> None:  # wrong
         self.state.x += command.speed * math.cos(self.state.heading) * dt

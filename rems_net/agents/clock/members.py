@@ -18,11 +18,11 @@ from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from typing import Any
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.alike import FIRMWARE, unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.terms import Terms
-from rems_net.engine.wiring import Entry
 from rems_net.errors import ExperimentError
 
 #: s. A rate is counted over at least this time, and at most twice as long.

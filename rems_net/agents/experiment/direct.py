@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from rems_net.agents.agent import Agent
+from rems_net.agents.agent import Agent, Output
 from rems_net.agents.experiment.folder import Result, finish, note_end, own_folder
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
@@ -43,7 +43,7 @@ def check_direct(
                 f"{key} has {what}, and a direct run is one process on one laptop; "
                 f"leave {what} or direct out. (R0433)"
             )
-        if not agents[key].lockstep:
+        if not agents[key].lockstep and not isinstance(agents[key], Output):
             raise ExperimentError(
                 f"{key} drives a device, which lives in wall time: an engine steps "
                 "models and simulations only. Run this experiment by lab.run(), or "

@@ -202,10 +202,13 @@ class Experiment(Lineup):
         self._recorder = plan = self.plans[f"output/{name}"]
         if self.on_failure == "drop":
             return
+        # A process whose outputs may leave ticks out takes no part in the steps.
+        free = {
+            p.host for p in plans for c in p.classes if not getattr(c, "lockstep", 1)
+        }
         apart = {p.host for p in plans if p.kind != "output" or p.machine}
-        shared = [p.host for p in plans if p.host not in apart]
+        shared = [p.host for p in plans if p.host not in apart | free]
         if not shared and len(apart) == 1 and not any(p.machine for p in plans):
-            in_step = all(getattr(cls, "lockstep", True) for cls in every)
-            shared = [*apart] if in_step else []
+            shared = [*apart - free]
         if shared:
             plan.host = shared[0]

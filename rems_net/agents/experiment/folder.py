@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
+from rems_net.agents.about.wiring import resolve
 from rems_net.agents.agent import Agent, Input, Output
 from rems_net.agents.experiment.checking import settings, surroundings
 from rems_net.agents.experiment.checking.connections import written
@@ -14,7 +15,6 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import time_of
-from rems_net.engine.wiring import resolve
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.recordings.manifest import NAME, Manifest, read_manifest

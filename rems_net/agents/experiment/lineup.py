@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
@@ -14,19 +14,14 @@ from rems_net.agents.experiment.checking.connections import (
     written,
 )
 from rems_net.agents.experiment.checking.settings import (
-    check_choice,
+    MEANT,
     check_command,
     check_common,
-    check_flag,
-    check_folder,
     check_mapping,
-    check_pace,
-    check_seed,
     check_sources,
-    check_wait,
+    checked,
     count_ticks,
     origin,
-    seconds,
 )
 from rems_net.agents.experiment.checking.worlds import (
     fill_worlds,
@@ -40,6 +35,8 @@ from rems_net.agents.protocol.plan import (
     robot_classes,
     usual_sources,
 )
+from rems_net.agents.protocol.terms import Wait
+from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
 from rems_net.defdict import Rule
@@ -53,16 +50,21 @@ Options = Mapping[str, Any] | None
 class Lineup:
     """Agents and a clock: the content of an `Experiment`, which has the settings."""
 
-    @taught(
-        ExperimentError,
-        time="duration=",
-        length="duration=",
-        steps="duration=",
-        step="dt=",
-        rate="dt=",
-        speed="pace=",
-        patience='wait={"back": "30 s"}',
-    )
+    name: str
+    fabric: str
+    dt: float
+    duration: float | None
+    pace: float
+    folder: Path
+    on_failure: str
+    wait: Wait
+    catch_up: bool
+    seed: int
+    native: bool
+    direct: bool
+    record: bool
+
+    @taught(ExperimentError, **MEANT)
     def __init__(
         self,
         name: str = "experiment",
@@ -80,21 +82,16 @@ class Lineup:
         direct: bool = False,
         record: bool = True,
     ):
-        self.name = check_name(name, "the experiment's name")
-        #: its name; "" for this user's own
-        self.fabric = fabric and check_name(fabric, "the fabric's name")
-        self.dt = seconds(dt, "dt")
-        self.duration = None if duration is None else seconds(duration, "duration")
-        self.pace = check_pace(pace)
-        self.folder = check_folder(folder)
-        self.on_failure = check_choice(on_failure, "on_failure", ("stop", "drop"))
-        self.wait = check_wait(wait)
-        self.catch_up = check_flag(catch_up, "catch_up")
-        self.seed = check_seed(seed)
-        self.native = check_flag(native, "native")
-        self.direct = check_flag(direct, "direct")
-        self.record = check_flag(record, "record")
+        for word, value in {**locals()}.items():
+            if word != "self":
+                setattr(self, word, value)
         self.plans: dict[str, Plan] = {}
+
+    if not TYPE_CHECKING:  # a type checker knows the settings
+
+        def __setattr__(self, name: str, value: object) -> None:
+            """Set a setting, checked. Raises ExperimentError."""
+            super().__setattr__(name, checked(self, name, value))
 
     # -- adding ------------------------------------------------------------------
 
@@ -262,7 +259,9 @@ class Lineup:
                 sources = self.plans[robot].sources
                 sources |= {f"{CALLED}/{port}": port for port in ports}
         check_foreseen(self.plans, entries, agents)
-        driven = [key for key, agent in agents.items() if not agent.lockstep]
+        driven = [
+            k for k, a in agents.items() if isinstance(a, Robot) and not a.lockstep
+        ]
         if self.catch_up and driven:
             raise ExperimentError(
                 f"catch_up would drive {driven[0]} in fast forward after a hold; leave "

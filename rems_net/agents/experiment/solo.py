@@ -9,13 +9,15 @@ from math import inf
 from threading import get_ident
 from typing import Any, NamedTuple, Self
 
-from rems_net.agents.agent import Agent
+from rems_net.agents.about.wiring import Entry
+from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
+from rems_net.agents.verbs import verbs_of
 from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
-from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError, nearest
 from rems_net.events import warn
 from rems_net.maths.numerics import describe
@@ -63,6 +65,8 @@ class Solo:
         self.files: list[str] = []
         self._engine: Engine | None = None
         self._entries: list[Entry] = []
+        #: agents that the caller has asked for
+        self._noted: dict[str, Agent] = {}
         #: whether a tick was begun and not finished
         self._within = False
         self._thread = 0
@@ -82,6 +86,8 @@ class Solo:
             )
         members, engine = self._build(self.seed), Engine()
         for agent, sources, _, again in members:
+            if isinstance(agent, Output):  # an engine has nobody to leave behind
+                runtime(agent).in_step = True
             engine.add(agent, sources, again)
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
@@ -98,6 +104,10 @@ class Solo:
     def close(self) -> None:
         """Close every agent. Raises AgentError for one that fails while it closes."""
         engine, self._engine = self._engine, None
+        for agent in self._noted.values():  # a circle would keep its files open
+            for name in verbs_of(agent):
+                agent.__dict__.pop(name, None)
+        self._noted.clear()
         if engine is not None:
             self.files, failed = engine.close()
             if failed is not None:
@@ -175,8 +185,11 @@ class Solo:
                 f"there is no agent {key!r}; there is {', '.join(agents)}."
                 f"{nearest(key, agents)} (R0434)"
             )
-        engine.visits.open(agents[found[0]])
-        return agents[found[0]]
+        agent = agents[found[0]]
+        if agent.key not in self._noted:  # its calls are noted from now on
+            self._noted[agent.key] = agent
+            agent.__dict__.update(engine.visits.verbs(agent))
+        return agent
 
     def put(self, key: str, values: Mapping[str, Any]) -> None:
         """Put a value at an In that no agent writes, such as `robot/sim/command`.

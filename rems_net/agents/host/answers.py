@@ -7,6 +7,7 @@ from functools import partial
 from hashlib import blake2b
 from typing import Any
 
+from rems_net.agents.about.scenery import scene_of
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
@@ -18,7 +19,6 @@ from rems_net.agents.runtime import Guard, runtime
 from rems_net.defdict import Field
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
-from rems_net.engine.scenery import scene_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -197,8 +197,15 @@ def tell_why(
     for agent in asked(question, agents):
         if not question.covers(key(agent.key, "@why")):
             continue
-        heard = [i for i in inlets if i.agent is agent and i.port[0] != "@"]
-        ins = {i.port: i.why() for i in heard}
+        ins = {
+            i.port: {
+                "source": i.source or "",
+                "heard": i.run.source_time(i.port),
+                **i.reasons.plain(),
+            }
+            for i in inlets
+            if i.agent is agent and i.port[0] != "@"
+        }
         if holder := leases.holder(agent.key):
             ins["command"]["source"] = holder
         if isinstance(agent, Robot):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from threading import Event
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.outlet import Outlet
 from rems_net.agents.protocol.alike import check_version, laptop
@@ -23,7 +24,6 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.runtime import runtime
 from rems_net.engine.inlet import Inlet
-from rems_net.engine.wiring import Entry
 from rems_net.errors import FabricError
 from rems_net.events import warn
 from rems_net.maths.numerics import describe

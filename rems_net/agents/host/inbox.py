@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from math import inf
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.membership import Membership, Orphaned, Value
@@ -12,7 +13,6 @@ from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.wall import wall
-from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.events import info, warn
 from rems_net.router.gate.stops import read_said

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from math import ceil
 from typing import NamedTuple
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import time_of
-from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.keys import STEP, plain_key
 from rems_net.router.mail import Mail

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
+from rems_net.agents.about.wiring import Entry, Written
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.runtime import runtime
@@ -9,10 +10,9 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
-from rems_net.engine.outside import Visits
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
-from rems_net.engine.wiring import Entry, Written
+from rems_net.engine.visits import Visits
 from rems_net.errors import RemsError
 from rems_net.router.keys import STEP
 from rems_net.router.mail import Mail

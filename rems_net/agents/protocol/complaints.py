@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from rems_net.engine.reasons import KINDS, Reasons
+from rems_net.agents.about.reasons import KINDS, Reasons
 from rems_net.events import warn
 
 #: Number of messages at one key whose reasons are read; a flood is only counted.

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import NamedTuple
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol import limits
 from rems_net.agents.protocol.badge import RUNS
 from rems_net.agents.protocol.roster import entry_from_plain, entry_to_plain
@@ -24,7 +25,6 @@ from rems_net.agents.protocol.shapes import (
     wrong,
 )
 from rems_net.agents.tick import Tick
-from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.message import BADGES, LAST_TICK, pack, read
 

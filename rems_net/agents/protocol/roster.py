@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from rems_net.agents.about.wiring import Entry, resolve, writers
 from rems_net.agents.protocol import limits, shapes
 from rems_net.agents.protocol.badge import RUNS
-from rems_net.engine.wiring import Entry, resolve, writers
 from rems_net.errors import WireError
 from rems_net.router.message import BADGES, MOST, pack, read
 

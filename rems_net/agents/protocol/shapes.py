@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
-from rems_net.engine.wiring import is_source
+from rems_net.agents.about.wiring import is_source
 from rems_net.errors import ExperimentError, WireError
 from rems_net.router.keys import KINDS, check_name
 

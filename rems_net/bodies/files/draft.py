@@ -39,7 +39,7 @@ FAR, SHORT, SLOWLY = 0.5, 0.05, 0.3
 TAKEN = {"x", "y", "heading", "speed"}
 #: Letters of a field's name, at most.
 LONGEST = 60
-GUESS = "  # a guess: the file says none"
+GUESS = "  # a guess: the file has none"
 HIGH = "  # nothing of it meets the floor there"
 
 

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
         each = [dict(zip(keys, (p.device, p.text, a), strict=True)) for p, a in rows]
         print(json.dumps(each, indent=2))
         return 0
-    table = plain_table("port", "the system says", "" if args.quiet else "answers")
+    table = plain_table("port", "the system's name", "" if args.quiet else "answers")
     for port, answer in rows:
         table.add_row(port.device, port.text, answer)
     console(args).print(table)

@@ -124,7 +124,7 @@ def show(out: Console, checked: Checked) -> None:
             takes = isinstance(ports.get(port), In)
             if schema is None and not takes:
                 continue
-            said = show_schema(schema) if schema else "whatever is there"
+            said = show_schema(schema) if schema else "every port that is there"
             if takes:
                 sources = ", ".join(plan.reads(port))
                 said += f"  <- {sources or 'any program'}"

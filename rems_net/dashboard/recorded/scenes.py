@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents import registry
+from rems_net.agents.about.scenery import scene_of
 from rems_net.agents.world import World
-from rems_net.engine.scenery import scene_of
 from rems_net.recordings.manifest import Manifest, Start
 
 #: names of definitions that come with rems_net

@@ -125,7 +125,7 @@ def measure(measures: str, si: str) -> Measure:
         return Field(kind, unit, range, default, size, max_age, doc=doc)
 
     make.__name__ = make.__qualname__ = name
-    make.__doc__ = f"Make a field that holds {measures}, in {si} unless told."
+    make.__doc__ = f"Make a field that holds {measures}, by default in {si}."
     return Maker(make)
 
 

@@ -130,7 +130,7 @@ class DeviceThread(Thread):
                 self._back_off = BACK_OFF[0]
                 if self._unsaid:  # reported once: another robot may have these fields
                     unsaid, self._unsaid = ", ".join(self._unsaid), []
-                    self.note(f"hears nothing from its device of {unsaid}")
+                    self.note(f"receives nothing from its device of {unsaid}")
 
     def _cycle(self) -> None:
         expired = self.watchdog.expired
@@ -184,7 +184,7 @@ class DeviceThread(Thread):
             lasted = wall() - self._lost_at
             self._lost_at = None
             self.reconnects += 1
-            self.note(f"is back after {lasted:.1f} s: it obeys what it is told now")
+            self.note(f"is back after {lasted:.1f} s: it obeys its commands now")
 
     def _reject(self, error: Exception) -> None:
         """Count a wrong or missing reply. Raises OSError after a long silence."""

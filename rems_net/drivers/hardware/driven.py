@@ -253,7 +253,7 @@ class Driven(Driver):
         self._report(device)
         hangs = device.hangs(self.max_age)
         if hangs and not self._told_hang:
-            self._warn(f"{self.key} hears nothing: {hangs}")
+            self._warn(f"{self.key} receives nothing: {hangs}")
         self._told_hang = bool(hangs)
         if device.failure is not None:
             failure, device.failure = device.failure, None

@@ -66,7 +66,7 @@ class Watchdog:
             self._since, self.why = now, "stopped"
             return self.safe
         if told is None:
-            self.why = "told nothing yet"
+            self.why = "no command yet"
             return self.safe
         # Too few ticks make a command old, too: drive() runs at every tick received.
         ages = [now - told.at]
@@ -75,10 +75,10 @@ class Watchdog:
         if any(self._run.must_stand(a + self._period, self._max_age) for a in ages):
             if not self.why and told.command != self.safe:
                 self.expired += 1
-            self.why = f"what it was told is {max(ages):.2f} s old"
+            self.why = f"its command is {max(ages):.2f} s old"
             return self.safe
         if not max(ages) < now - self._since:
-            self.why = "told nothing new since it stopped"
+            self.why = "no new command since it stopped"
             return self.safe
         self.why = ""
         return told.command.copy()

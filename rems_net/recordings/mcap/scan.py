@@ -10,7 +10,7 @@ from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap import records as mcap
 from rems_net.recordings.mcap.index import Index
 from rems_net.recordings.mcap.records import ChunkIndex
-from rems_net.recordings.mcap.writer import McapWriter
+from rems_net.recordings.mcap.writer import LIBRARY, McapWriter
 
 #: bytes of the longest record that is read
 LONGEST = 1 << 28
@@ -28,18 +28,36 @@ def is_whole(path: Path) -> bool:
         return end.startswith(head) and end.endswith(mcap.MAGIC)
 
 
-def finish(path: Path) -> bool:
+def finish(path: Path, *, damaged: bool = False) -> bool:
     """Give a file whose writer was killed its summary and its end.
 
-    Returns False if it has them. Bytes behind the last whole chunk are cut off.
-    Raises OSError, and ExperimentError for a file that is no recording.
+    damaged: whether to write both anew. Returns False if it has them. Bytes behind the
+    last whole chunk are cut off. Raises OSError, and ExperimentError for a file that is
+    no recording.
     """
-    if is_whole(path):
+    if is_whole(path) and not damaged:
         return False
     writer = scan(path)
+    if (library := _library(path)) not in ("", LIBRARY):
+        raise ExperimentError(
+            f"{path.name} is of another program ({library}), whose records would be "
+            "lost: repair it with that. (R0805)"
+        )
     writer.resume()
     writer.close()
     return True
+
+
+def _library(path: Path) -> str:
+    """Return the library that wrote a file; "" if the file ends before its name."""
+    with path.open("rb") as file:
+        file.seek(len(mcap.MAGIC))
+        opcode, content = _next(file) or (0, b"")
+    if opcode != mcap.HEADER:
+        return ""
+    cursor = mcap.Cursor(content)
+    cursor.text()  # the profile
+    return cursor.text()
 
 
 def scan(path: Path) -> McapWriter:

@@ -14,7 +14,7 @@ LATEST, LATE = 0.25, 2.0
 TRIES = 20
 #: s, count. Duration of a jolt, and number of candidates that are tried.
 JOLT, PEAKS = 0.1, 5
-#: fraction of the run. If `a` stands still for less than this, we cannot tell whether
+#: fraction of the run. If `a` stands still for less than this, we do not know whether
 #: `b` creeps.
 OFTEN = 0.1
 #: Suspect a speed limit in `b` only if the top speed of `a` is at least 5 % higher.

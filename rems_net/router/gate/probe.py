@@ -51,12 +51,12 @@ def stranger(endpoint: str) -> str:
         )
     if said := said or answer:
         first = printable(said.decode(errors="replace").splitlines()[0])[:40]
-        return f"{endpoint} is another program, and no router: it says {first!r}"
+        return f"{endpoint} is another program, and no router: it answers {first!r}"
     return (
-        f"{endpoint} takes connections and says nothing: a VPN or a proxy in between "
-        "takes them in the router's place (turn it off), the router is frozen or has "
-        "more connections than it takes, or it is another program: mind the port "
-        "(7447). Where `rems router serve` runs, s and Enter stop all robots"
+        f"{endpoint} takes connections and answers nothing: a VPN or a proxy in "
+        "between takes them in the router's place (turn it off), the router is frozen "
+        "or has more connections than it takes, or it is another program: mind the "
+        "port (7447). Where `rems router serve` runs, s and Enter stop all robots"
     )
 
 

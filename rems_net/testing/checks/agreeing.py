@@ -24,7 +24,7 @@ def agrees(subject: Subject, outcome: Outcome) -> None:
         expected=f"{found.field} within {found.allowed:.1%} of the "
         f"value by {lines.method(robot, *says)}, as {subject.definition.__name__}"
         ".tolerance allows, when it is driven slowly",
-        came=f"told {found.command}, it is {found.is_at:.4g} {found.unit} after "
+        came=f"commanded {found.command}, it is {found.is_at:.4g} {found.unit} after "
         f"{found.after:.2g} s, and the model {found.should:.4g} {found.unit}: "
         f"{found.error:.1%} of {found.scale:.3g} {found.unit}",
         where=lines.method(robot, *methods),

@@ -85,7 +85,7 @@ def refuses(subject: Subject, outcome: Outcome) -> None:
         outcome.wrong(
             expected=f"{slot} = {{{WRONG!r}: 1.0}} to be refused: a slip of the hand "
             "would else be a robot with other settings than the student thinks",
-            came="it was taken, and nothing said",
+            came="it was taken without an error",
             where=lines.method(robot, "__init__", "prepare"),
             type=_INIT,
         )

@@ -92,7 +92,7 @@ def _obeyed(robot: Robot, values: dict[str, Any], outcome: Outcome) -> None:
         path = next(p for p in told.schema.paths if not _same(told[p], have[p]))
         outcome.wrong(
             expected="drive() to read its command, which is recorded as what it obeyed",
-            came=f"it was told {path} = {told[path]!r}, and made it {have[path]!r}",
+            came=f"its command was {path} = {told[path]!r}, and it took {have[path]!r}",
             where=lines.method(robot, "drive", "sense", "step"),
             type="command = command.copy()  # before it is changed",
         )

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import pytest
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.clock.admission import Admissions
 from rems_net.agents.clock.members import Member, Members, State
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.messages import Farewell, Request
 from rems_net.agents.protocol.terms import Terms, Wait
-from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from rems_net.router.session import Session

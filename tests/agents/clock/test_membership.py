@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.about.wiring import Entry, resolve
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.clock.progress import Progress
@@ -21,7 +22,6 @@ from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.terms import Terms
-from rems_net.engine.wiring import Entry, resolve
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.router.message import pack
 from rems_net.router.session import Session

@@ -37,7 +37,7 @@ SENSES = (
 DEGREES = CART.replace("STATE", 'Schema("state", {"heading": angle("deg")})')
 INSTEAD = (
     "it is built from its name and settings, in a process of its own. Leave __init__ "
-    "out: say what it can be told by `options = Settings(...)`, and make what it needs "
+    "out: declare its settings by `options = Settings(...)`, and make what it needs "
     "in `def open(self)`."
 )
 RATES = '{"x": 0.1}, the rate of each field that changes'

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.alike import pack_version, read_version
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.messages import (
@@ -46,7 +47,6 @@ from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import outcome, perform, request
 from rems_net.dashboard.protocol import read_report
-from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, WireError
 from rems_net.router.gate.stops import Stop, read_said
 from rems_net.router.message import pack, pack_stamp, read_stamp

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from rems_net.agents.about.reasons import KINDS
+from rems_net.agents.about.wiring import Entry, reads_itself
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import (
     Age,
@@ -20,8 +22,6 @@ from rems_net.agents.protocol.messages import (
 )
 from rems_net.agents.protocol.roster import Roster, entry_to_plain
 from rems_net.agents.tick import Tick
-from rems_net.engine.reasons import KINDS
-from rems_net.engine.wiring import Entry, reads_itself
 from rems_net.errors import WireError
 from rems_net.router.message import Stamp, pack, pack_stamp, read, read_stamp
 from tests.agents.protocol.fuzz import (

@@ -52,8 +52,8 @@ def test_a_call_that_hangs(
         assert device.speed == 0.0
     warned = capfd.readouterr().err
     assert re.search(
-        r"robot/b hears nothing: exchange\(\) hangs for 0\.\d s \(parts\.py, line \d+, "
-        r"in exchange\)\n",
+        r"robot/b receives nothing: exchange\(\) hangs for 0\.\d s \(parts\.py, line "
+        r"\d+, in exchange\)\n",
         warned,
     ), warned
     assert warned.count("hears nothing") == 1

@@ -106,7 +106,7 @@ def test_unplugged_and_back(
     unplugged(kind, tmp_path, 1.0)
     said = capfd.readouterr()
     lost = r"warning: robot/b has lost its device \(.+\); it tries to reach it again\n"
-    back = r"warning: robot/b is back after \d\.\d s: it obeys what it is told now\n"
+    back = r"warning: robot/b is back after \d\.\d s: it obeys its commands now\n"
     # Once for each outage; a machine that is very busy may add one of its own.
     assert re.search(f"{lost}(.*\n)*{back}", said.err), said.err
     assert re.search(r"robot/b: \d+ exchanges at \d+ Hz, .*, \d reconnected", said.out)

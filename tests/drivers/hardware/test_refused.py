@@ -38,11 +38,11 @@ DEFINITIONS: dict[type[Driven], Any] = {
 }
 #: two wheels that find the joints of two arms
 JOINTS = (
-    r"servo 2 \(wheel/left\) says at 4000000 bits per second that it is XM430-W350 "
+    r"servo 2 \(wheel/left\) reports at 4000000 bits per second that it is XM430-W350 "
     r"\(model 1020\); expected XL430-W250\. Check, in this order: 1\. whether this is "
     r"another robot: there are the servos 1, 2, 3, 4, 5, 6 and 12 others, and 2, 1 are "
     r"needed; 2\. which servo has this ID, with DYNAMIXEL Wizard: IDs may have been "
-    r'swapped; 3\. if your robot is made so, say options = { model = "XM430-W350" }\.'
+    r'swapped; 3\. if your robot is made so, write options = { model = "XM430-W350" }\.'
 )
 
 

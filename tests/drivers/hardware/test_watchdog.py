@@ -89,7 +89,7 @@ def test_what_was_said_before_stop_was_released_is_past() -> None:
     assert watchdog.choose() == SAFE
     guard.stopped = False
     assert watchdog.choose() == SAFE
-    assert watchdog.why == "told nothing new since it stopped"
+    assert watchdog.why == "no new command since it stopped"
     watchdog.tell(AHEAD, 1)  # again, by its last hop; its source said it before
     guard.oldness = 0.3
     assert watchdog.choose() == SAFE

@@ -78,8 +78,8 @@ def test_it_is_a_robot_like_any_other(
     assert "rad" in rems("get", "robot/woodbot-7/state").stdout
     assert rems("call", "robot/woodbot-7", "blink").returncode == 0
     assert re.search(
-        r"^robot/woodbot-7 heard the newest tick at most \d+ ms after it was made; its "
-        r"own clock is \d+\.\d{3} s (behind|ahead of) the fabric's time\.$",
+        r"^robot/woodbot-7 received the newest tick at most \d+ ms after it was made; "
+        r"its own clock is \d+\.\d{3} s (behind|ahead of) the fabric's time\.$",
         rems("why", "robot/woodbot-7").stdout,
         re.MULTILINE,
     )

@@ -98,4 +98,4 @@ def test_its_clock_is_estimated() -> None:
         again = found.call("robot/woodbot-7", "figures", (), {})
         assert again["offset"] == pytest.approx(figures["offset"], abs=10.0)
         *_, said = (s for s in found.why("robot/woodbot-7") if "its own clock" in s)
-        assert "robot/woodbot-7 heard the newest tick at most " in said
+        assert "robot/woodbot-7 received the newest tick at most " in said

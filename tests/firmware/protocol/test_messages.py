@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol import messages
 from rems_net.agents.tick import Tick, time_of
-from rems_net.engine.wiring import Entry
 from rems_net.errors import WireError
 from rems_net.router.message import BADGES, LAST_TICK, pack, pack_stamp, read_stamp
 from tests.defdict.fuzz import mutate

@@ -6,6 +6,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from rems_net.agents import parts, registry
+from rems_net.agents.about.outside import HOLD, PUT, Outside
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
 from rems_net.agents.experiment.again.replayed import nested, played
@@ -13,7 +14,6 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan, class_names, each
 from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED, CALLS, verb_names
-from rems_net.engine.outside import HOLD, PUT, Outside
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile

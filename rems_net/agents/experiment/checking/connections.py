@@ -6,16 +6,15 @@ Commands of an input that are known beforehand are checked against their reader,
 import re
 from collections.abc import Mapping, Sequence
 
+from rems_net.agents.about.wiring import Entry, Written, resolve
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import takes_commands
-from rems_net.agents.rules import Rules, connect
+from rems_net.agents.rules import Rules, connect, shared
 from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import Verbs
 from rems_net.defdict import Schema
-from rems_net.engine.share import shared
-from rems_net.engine.wiring import Entry, Written, resolve
 from rems_net.errors import ExperimentError, RemsError, nearest, uncoded
 
 #: Number of lines, or ranges of lines, that are named.

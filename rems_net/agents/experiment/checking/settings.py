@@ -1,8 +1,9 @@
 """Checks of an experiment's settings: durations, paces, folders, names."""
 
 import errno
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from math import floor, inf
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,8 @@ def check_wait(value: object) -> Wait:
 
     value: for the start alone, or a table for both.
     """
+    if isinstance(value, Wait):
+        return value
     given = {} if value is None else {"start": value}
     if isinstance(value, Mapping):
         given = {str(word): one for word, one in value.items()}
@@ -225,3 +228,51 @@ def make_folder(folder: Path | str) -> Path:
             f"{' Go to a folder of your own: cd ~' if may else ''} (R0414)"
         ) from None
     return path
+
+
+#: by name of an experiment's setting, its check
+_CHECKS: Mapping[str, Callable[[Any], object]] = {
+    "name": lambda value: check_name(value, "the experiment's name"),
+    "fabric": lambda value: value and check_name(value, "the fabric's name"),
+    "dt": lambda value: seconds(value, "dt"),
+    "duration": lambda value: None if value is None else seconds(value, "duration"),
+    "pace": check_pace,
+    "folder": check_folder,
+    "on_failure": lambda value: check_choice(value, "on_failure", ("stop", "drop")),
+    "wait": check_wait,
+    "seed": check_seed,
+    **{
+        word: partial(check_flag, what=word)
+        for word in ("catch_up", "native", "direct", "record")
+    },
+}
+#: names of settings that are often tried, and what to write instead
+MEANT = {
+    **dict.fromkeys(("time", "length", "steps"), "duration="),
+    **dict.fromkeys(("step", "rate"), "dt="),
+    "speed": "pace=",
+    "patience": 'wait={"back": "30 s"}',
+}
+
+
+def checked(owner: object, name: str, value: object) -> object:
+    """Return the value for a setting of an experiment, in its own form.
+
+    owner: the experiment; a class that extends it may have other attributes. Raises
+    ExperimentError for a name that is no setting, and for a wrong value.
+    """
+    if name in _CHECKS:
+        return _CHECKS[name](value)
+    cls = type(owner)
+    own = (
+        name.startswith("_")
+        or name == "plans"
+        or not cls.__module__.startswith("rems_net.")
+    )
+    if own and not callable(getattr(cls, name, None)):
+        return value
+    hint = f" Write {MEANT[name]}." if name in MEANT else nearest(name, _CHECKS)
+    raise ExperimentError(
+        f"an experiment has no setting {name!r}, so this line would do nothing. Its "
+        f"settings are {', '.join(_CHECKS)}.{hint} (R0408)"
+    )

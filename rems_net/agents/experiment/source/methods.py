@@ -53,7 +53,7 @@ def built(plan: Plan) -> Agent:
 
 _INSTEAD = (
     "it is built from its name and settings, in a process of its own. Leave __init__ "
-    "out: say what it can be told by `options = Settings(...)`, and make what it needs "
+    "out: declare its settings by `options = Settings(...)`, and make what it needs "
     "in `def open(self)`."
 )
 

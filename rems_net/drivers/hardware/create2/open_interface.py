@@ -189,7 +189,7 @@ class OpenInterface(SerialDriven):
             if not _stands(one) and _asked(one) not in known:
                 self._doubt = True
                 raise WireError(
-                    f"it obeys {_asked(one)} mm/s (right, left), and was told "
+                    f"it obeys {_asked(one)} mm/s (right, left), and its command is "
                     f"{known[-1]}: a command was damaged on its way"
                 )
         return frames[-1]
@@ -205,7 +205,7 @@ class OpenInterface(SerialDriven):
             self.note(f"stands by itself: {self._fallen}")
         elif self._fallen and not left_mode:
             self._fallen = ""
-            self.note("obeys again what it is told")
+            self.note("obeys its commands again")
 
     # -- sensor values -----------------------------------------------------------
 

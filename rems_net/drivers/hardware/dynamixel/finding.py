@@ -63,9 +63,11 @@ def _stranger(
         "which servo has this ID, with DYNAMIXEL Wizard: IDs may have been swapped"
     )
     if name := MODELS.get(model):
-        checks.append(f'if your robot is made so, say options = {{ model = "{name}" }}')
+        checks.append(
+            f'if your robot is made so, write options = {{ model = "{name}" }}'
+        )
     return (
-        f"{bus.name(servo)} says at {bus.baud} bits per second that it is "
+        f"{bus.name(servo)} reports at {bus.baud} bits per second that it is "
         f"{named(model)}; expected {series}{', '.join(models.values())}. Check, in "
         f"this order: {'; '.join(f'{i}. {one}' for i, one in enumerate(checks, 1))}."
     )

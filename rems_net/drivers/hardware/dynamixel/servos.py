@@ -228,10 +228,10 @@ class Servos(SerialDriven):
             raise NoDeviceError(self._ill(servo, error))
         if not said(table.TORQUE):
             raise NoDeviceError(
-                f"{bus.name(servo)} keeps its torque off, though it was told to switch "
-                "it on. Check, in this order: 1. that its supply has the voltage that "
-                "is printed on it; 2. whether its LED blinks: then switch its power "
-                "off and on; 3. that it turns freely by hand."
+                f"{bus.name(servo)} keeps its torque off, though the command was to "
+                "switch it on. Check, in this order: 1. that its supply has the "
+                "voltage that is printed on it; 2. whether its LED blinks: then switch "
+                "its power off and on; 3. that it turns freely by hand."
             )
 
     def _guard(self) -> None:

@@ -119,7 +119,7 @@ def test_lifted_and_put_down(tmp_path: Path, capfd: pytest.CaptureFixture[str]) 
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
     said = capfd.readouterr().err
     assert "robot/b stands by itself: a wheel hangs. Put it on the floor" in said
-    assert "robot/b obeys again what it is told" in said
+    assert "robot/b obeys its commands again" in said
 
 
 def test_at_the_edge_of_a_table(tmp_path: Path) -> None:

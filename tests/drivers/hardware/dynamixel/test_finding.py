@@ -75,7 +75,8 @@ def test_another_model(tmp_path: Path) -> None:
     with emulated(tmp_path, device) as emulator:
         said = refused(Wheels, emulator)
     assert re.fullmatch(
-        LEFT + r" says at 1000000 bits per second that it is XL330-M288 \(model 1200\);"
+        LEFT
+        + r" reports at 1000000 bits per second that it is XL330-M288 \(model 1200\);"
         r" expected XL430-W250\. Check, in this order: 1\. which servo .* swapped\."
         r" \(R0310\)",
         said,
@@ -103,7 +104,8 @@ def test_torque_is_refused(tmp_path: Path) -> None:
         emulator.device.left.strong = False
         said = refused(Wheels, emulator)
     assert re.fullmatch(
-        LEFT + r" keeps its torque off, though it was told to switch it on\. Check, in "
+        LEFT
+        + r" keeps its torque off, though the command was to switch it on\. Check, in "
         r"this order: 1\. that its supply .*",
         said,
     ), said

@@ -179,7 +179,7 @@ def test_what_it_cannot_sense_is_told(
         robot.close()
     cliffs = (f"sensors/cliff/{at}" for at in CLIFFS)
     assert capfd.readouterr().err.splitlines() == [
-        "warning: robot/b hears nothing from its device of sensors/bumper/left, "
+        "warning: robot/b receives nothing from its device of sensors/bumper/left, "
         f"sensors/bumper/right, {', '.join(cliffs)}"
     ]
 

@@ -1,6 +1,7 @@
 """Reasons why values did not fit, counted by kind."""
 
 import re
+from typing import Any
 
 #: Number of kinds of reasons, or of keys; all others are counted together.
 KINDS = 30
@@ -27,3 +28,14 @@ class Reasons:
         count, first = self.rows.get(kind, (0, sentence))
         self.rows[kind] = count + 1, first
         return not count
+
+    def plain(self) -> dict[str, Any]:
+        """Return the counts as they travel. For any thread."""
+        rows = [[*row] for row in list(self.rows.values())]
+        return {"dropped": self.count, "reasons": rows}
+
+    def total(self) -> str:
+        """Return how many values there were, and why; "" if there were none."""
+        values = "1 value" if self.count == 1 else f"{self.count} values"
+        why = " ".join(f"{n} x: {first}" for n, first in self.rows.values())
+        return f"{values} in all. {why}" if self.count else ""

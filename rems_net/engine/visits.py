@@ -7,74 +7,18 @@ ticks. Outputs that record receive it; a rerun repeats it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import wraps
-from typing import Any, NamedTuple
+from typing import Any
 
+from rems_net.agents.about.outside import HOLD, PUT, Outside
 from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
-from rems_net.agents.verbs import perform, plain, request, verbs_of
+from rems_net.agents.verbs import perform, request, verbs_of
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Local
-from rems_net.errors import uncoded
-
-#: what the event of such a call begins with
-BEGIN = "called from outside after tick "
-#: stands for a verb: a value is put at an In. Its arguments: the In's name, the values,
-#: and their source tick
-PUT = "@put"
-#: stands for a verb: STOP, with True, or its release
-HOLD = "@hold"
-
-
-class Outside(NamedTuple):
-    """A call from outside. n: the tick after which it was done.
-
-    lost: why its arguments cannot be recorded; "" if they are here.
-    """
-
-    n: int
-    verb: str
-    args: Sequence[Any] = ()
-    kwargs: Mapping[str, Any] = {}
-    lost: str = ""
-
-    @classmethod
-    def of(
-        cls, n: int, verb: str, args: Sequence[Any], kwargs: Mapping[str, Any]
-    ) -> Outside:
-        """Return a call with arguments as they travel; without, if they cannot."""
-        try:
-            sent = [plain([*args]), plain(dict(kwargs))]
-            same = json.loads(json.dumps(sent))
-        except (TypeError, ValueError, RecursionError) as error:
-            return cls(n, verb, lost=uncoded(error))
-        if repr(same) != repr(sent):  # such as a dict whose keys are numbers
-            return cls(n, verb, lost=f"{same} would be read from {sent}"[:200])
-        return cls(n, verb, *sent)
-
-    def text(self) -> str:
-        """Return the sentence of its event."""
-        sent: dict[str, Any] = {"verb": self.verb}
-        if self.lost:
-            sent |= {"lost": self.lost}
-        else:
-            sent |= {"args": self.args, "kwargs": self.kwargs}
-        return f"{BEGIN}{self.n}: {json.dumps(sent)}"
-
-    @classmethod
-    def read(cls, text: str) -> Outside | None:
-        """Return the call of an event; None for any other event."""
-        n, colon, sent = text.removeprefix(BEGIN).partition(": ")
-        if not (text.startswith(BEGIN) and colon and n.isdecimal()):
-            return None
-        try:
-            return cls(int(n), **json.loads(sent))
-        except (ValueError, TypeError, RecursionError):
-            return None
 
 
 def _nobody(key: str, text: str) -> None:
@@ -95,10 +39,8 @@ class Visits:
         self.busy = False
         #: sends a call to other processes: the key of its agent, and a sentence
         self.send: Callable[[str, str], None] = _nobody
-        #: the Ins that record, of so many Ins
-        self._found: list[MessageInlet] = []
-        self._count = 0
-        self._opened: dict[str, Agent] = {}
+        #: the Ins that record
+        self.recorders: list[MessageInlet] = []
         self._repeats: list[tuple[Agent, Outside]] = []
 
     def verbs(self, agent: Agent) -> dict[str, Callable[..., Any]]:
@@ -108,32 +50,13 @@ class Visits:
             for name, method in verbs_of(agent).items()
         }
 
-    def open(self, agent: Agent) -> None:
-        """Note the calls of a program that has the agent itself."""
-        if agent.key not in self._opened:
-            self._opened[agent.key] = agent
-            agent.__dict__.update(self.verbs(agent))
-
-    def close(self) -> None:
-        """Leave the agents as they were: a circle would keep their files open."""
-        for agent in self._opened.values():
-            for name in verbs_of(agent):
-                agent.__dict__.pop(name, None)
-        self._opened.clear()
-
     def put(self, inlet: Inlet, value: Any, n: int, source_tick: int) -> None:
         """Note a value that was put at an In after tick n. On an open fabric, don't."""
-        if inlet.run.in_step and (self._recorders() or self.send is not _nobody):
+        if inlet.run.in_step and (self.recorders or self.send is not _nobody):
             sent = [inlet.port, value, source_tick]
             text = Outside.of(n, PUT, sent, {}).text()
             self.receive(inlet.agent.key, text)
             self.send(inlet.agent.key, text)
-
-    def _recorders(self) -> list[MessageInlet]:
-        if self._count != len(self._inlets):
-            self._count = len(self._inlets)
-            self._found = [i for i in self._inlets if isinstance(i, MessageInlet)]
-        return self._found
 
     def _noting(
         self, agent: Agent, name: str, method: Callable[..., Any]
@@ -162,7 +85,7 @@ class Visits:
 
     def receive(self, key: str, text: str, badge: int | None = None) -> None:
         """Pass a call on to the outputs here. badge: of the process that sent it."""
-        for inlet in self._recorders():
+        for inlet in self.recorders:
             what = "/".join((inlet.source or "").split("/")[:2])
             if fnmatchcase(key, what):
                 inlet.messages.called.append((key, text, badge))

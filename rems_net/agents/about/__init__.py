@@ -1,0 +1,1 @@
+"""Facts about an agent, for its run and for other programs."""
