@@ -134,7 +134,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _ask() -> float:
     try:
-        said = input("It has driven ahead. How far [cm]? ").replace(",", ".")
+        said = input("It has driven. How far [cm]? ").replace(",", ".")
     except EOFError:
         said = "nothing"
     try:
@@ -234,11 +234,14 @@ def _ruled(bench: Bench, servos: dict[str, Servo], ask: Ask) -> tuple[float, flo
 def _last(
     bench: Bench, servos: dict[str, Servo], track: float, bias: float, ask: Ask | None
 ) -> Last:
-    """Turn in a circle, and drive ahead; compare with the calibrated estimate."""
+    """Turn in a circle, and drive; compare with the calibrated estimate.
+
+    With a ruler it drives back: it has just driven twice as far ahead.
+    """
     speed = LAST * _top(bench, servos)
     turned, believed = bench.turn(speed, CIRCLE, bias)
     before = bench.wall(LOOK) if ask is None else 0.0
-    way = bench.go(speed, WAY)
+    way = bench.go(speed, -WAY if ask else WAY)
     went = ask() if ask else before - bench.wall(LOOK)
     return Last(went, way, turned, believed * bench.parameters.track / track)
 
