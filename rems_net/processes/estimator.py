@@ -35,6 +35,7 @@ from rems_net.maths.ukf import Floats, Moments, points, predicted, product, upda
 from rems_net.processes.motion import Motion
 from rems_net.processes.turns import Turns
 from rems_net.processes.words import table
+from rems_net.recordings.parameters.identified import parameters_for
 
 
 class Estimator(Process):
@@ -50,7 +51,7 @@ class Estimator(Process):
 
     options = Settings(
         definition=text(doc="of the robot: woodbot, or my.py:Cart"),
-        parameters=text(max_len=4096, doc='of it, such as: track = "100 mm"'),
+        parameters=text(max_len=4096, doc='of it: track = "100 mm", or a file'),
         initial=text(max_len=4096, doc='where it starts: x = "10 cm"'),
         unsure=text(max_len=4096, doc='standard deviation of that: x = "5 mm"'),
         slip=ratio(default=0.03, range=(0, 1), doc="error of a command, in each step"),
@@ -92,7 +93,12 @@ class Estimator(Process):
             )
         found = find("definition", name, self.folder)
         assert issubclass(found, Definition)
-        parameters = table(self.options.parameters, "parameters")
+        given = self.options.parameters
+        parameters = (
+            parameters_for(self.folder / given, found)
+            if given.endswith(".toml")
+            else table(given, "parameters")
+        )
         robot = combine(found, Kinematic)(
             self.name, parameters=parameters, folder=self.folder
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +16,7 @@ from rems_net.errors import ExperimentError
 from rems_net.recordings.parameters.identified import read_identified
 from rems_net.toml import loads
 from rems_net.units import length, time, velocity
+from tests.pages import blocks
 
 LAB = """
 [experiment]
@@ -47,6 +49,10 @@ def found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return out
 
 
+def tracks(robot: Any) -> float:
+    return float(robot.parameters.track)
+
+
 def test_a_file_names_its_origin_and_a_lab_takes_it(found: Path) -> None:
     tables = loads(found.read_text(encoding="utf-8"))
     assert tables["robot"] == "sim"
@@ -58,7 +64,30 @@ def test_a_file_names_its_origin_and_a_lab_takes_it(found: Path) -> None:
     assert tables["parameters"]["wheel_radius"] == 0.02
     Path("lab.toml").write_text(LAB.format("woodbot"))
     model = load(Path("lab.toml")).check()["robot/model"]
-    assert model.parameters.track == pytest.approx(0.1126, rel=1e-3)  # type: ignore[attr-defined]
+    assert tracks(model) == pytest.approx(0.1126, rel=1e-3)
+
+
+def test_an_estimator_takes_it(found: Path) -> None:
+    lab = Experiment("lab")
+    lab.robot("sim", "create2", "kinematic")
+    words = {"command": "robot/sim/command", "sensors": "robot/sim/sensors"}
+    options = {"definition": "woodbot", "parameters": found.name}
+    lab.process("ekf", "ekf", options=options, **words)
+    estimator: Any = lab.build()["process/ekf"]
+    estimator.prepare()
+    assert tracks(estimator.model) == pytest.approx(0.1126, rel=1e-3)
+    options["definition"] = "create2"
+    lab.process("other", "ekf", options=options, **words)
+    with pytest.raises(ExperimentError, match="identified for Woodbot, and this robot"):
+        lab.build()
+
+
+def test_the_page_is_true(found: Path) -> None:
+    page = Path(__file__).parents[2] / "docs" / "identification.md"
+    (text,) = blocks(page, "toml")
+    found.rename("mujoco.identified.toml")
+    Path("lab.toml").write_text(text)
+    assert main(["check", "lab.toml"]) == 0
 
 
 def test_another_definition_is_refused_in_one_sentence(found: Path) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from math import pi, remainder, tau
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import rems_net
 from rems_net import (
     DefDict,
     Definition,
@@ -23,8 +25,10 @@ from rems_net import (
     sin,
 )
 from rems_net.bodies import Noise
+from rems_net.cli import main
 from rems_net.errors import ExperimentError
 from rems_net.units import angle, angular_velocity, length, velocity
+from tests.pages import blocks
 
 KINDS = ("ekf", "ukf")
 SLIP = 0.03
@@ -247,3 +251,14 @@ def test_old_readings_count_once() -> None:
         engine.step(20)
         assert engine["process/it"].deviation.x == pytest.approx(first)
         assert first == pytest.approx(0.005, rel=0.01)
+
+
+def test_the_page_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = Path(__file__).parents[2] / "docs" / "estimation.md"
+    (text,) = blocks(page, "toml")
+    Path("lab.toml").write_text(text)
+    assert main(["run", "--direct", "lab.toml"]) == 0
+    estimate = rems_net.read("runs/estimate")["process/ekf"]
+    assert len(estimate.plain("covariance/x/heading")) == 10
+    assert estimate.plain("deviation/x")[-1] < 0.01

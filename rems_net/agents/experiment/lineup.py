@@ -13,7 +13,6 @@ from rems_net.agents.experiment.checking.connections import (
     connect_verbs,
     written,
 )
-from rems_net.agents.experiment.checking.identified import stated
 from rems_net.agents.experiment.checking.settings import (
     check_choice,
     check_command,
@@ -28,6 +27,7 @@ from rems_net.agents.experiment.checking.settings import (
     count_ticks,
     origin,
     seconds,
+    stated,
 )
 from rems_net.agents.experiment.checking.worlds import (
     fill_worlds,
@@ -182,8 +182,8 @@ class Lineup:
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
             parameters = stated(parameters, classes[0], self.folder)
-            check_mapping(options, "options")
-            check_mapping(initial, "initial")
+            for name, given in (("options", options), ("initial", initial)):
+                check_mapping(given, name)
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}

@@ -103,6 +103,25 @@ def read_identified(path: Path) -> tuple[Origin, dict[str, Any]]:
     return Origin(robot, definition, digest, recordings, versions), parameters
 
 
+def parameters_for(path: Path, definition: Any) -> dict[str, Any]:
+    """Return the parameters in a file. Raises ExperimentError for another class."""
+    origin, parameters = read_identified(path)
+    name = definition.__name__
+    if origin.definition != name:
+        raise ExperimentError(
+            f"{path.name} has parameters that were identified for {origin.definition}, "
+            f"and this robot is a {name}; identify this robot: rems identify --robot "
+            f"{origin.robot} --out {path.name} (R0880)"
+        )
+    if origin.digest != definition_digest(definition):
+        raise ExperimentError(
+            f"{path.name} was identified for another version of {name}, before its "
+            "parameters, command or state changed; identify it again: rems identify "
+            f"--robot {origin.robot} --out {path.name} (R0880)"
+        )
+    return parameters
+
+
 def _toml(value: Any) -> str:
     """Return a value, or a key in quotes, in TOML."""
     if isinstance(value, Mapping):
