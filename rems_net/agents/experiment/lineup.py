@@ -292,8 +292,6 @@ class Lineup:
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
         return count_ticks(self.duration, self.dt, ends)
 
-    # -- where they live ---------------------------------------------------------
-
     def by_host(self) -> dict[str, list[Plan]]:
         """Return the plans of each process, by the name of their host."""
         hosts: dict[str, list[Plan]] = {}
