@@ -182,8 +182,8 @@ class Lineup:
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
             parameters = stated(parameters, classes[0], self.folder)
-            for name, given in (("options", options), ("initial", initial)):
-                check_mapping(given, name)
+            for word, given in (("options", options), ("initial", initial)):
+                check_mapping(given, word)
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}
