@@ -37,6 +37,9 @@ from rems_net.processes.turns import Turns
 from rems_net.processes.words import table
 from rems_net.recordings.parameters.identified import parameters_for
 
+#: Least variance of a reading, in its unit: with 0 nothing could be divided by it.
+LEAST = 1e-18
+
 
 class Estimator(Process):
     """Base of filters that estimate a robot's state: `ekf` and `ukf`.
@@ -124,10 +127,13 @@ class Estimator(Process):
             unit = _field(schema, path, "noise").unit
             size = parse_quantity(value, unit, f"the noise of {path!r}")
             found[path] = Noise(absolute=size)
+        assert robot.read is not None
+        computed = robot.read(robot.state, robot.command)
         usable = {
             path: found[path]
             for path, one in schema.rows()
-            if path in found and not _odd(one) and found[path] != Noise()
+            if found.get(path, Noise()) != Noise() and path in computed
+            if not _odd(one)
         }
         if not usable:
             raise ExperimentError(
@@ -234,12 +240,13 @@ class Estimator(Process):
         for i, column in enumerate(self._offsets):
             values[:, column] += spots[:, first + i]
         found = self.moments(values, self._sensed.less)
-        spreads = [
-            self._noises[path].spread(float(value)) ** 2
-            for path, value in zip(self._used, found.mean, strict=True)
-        ]
+        noise = np.diag(
+            [
+                _variance(self._noises[path], float(value))
+                for path, value in zip(self._used, found.mean, strict=True)
+            ]
+        )
         off = self._sensed.less(readings, found.mean)
-        noise = np.diag(np.maximum(spreads, 1e-18))
         self._mean, self._root = updated(self._mean, self._root, found, off, noise)
 
     def _publish(self) -> None:
@@ -252,6 +259,11 @@ class Estimator(Process):
         upper = covariance[np.triu_indices(count)].tolist()
         pairs = self.covariance.schema.paths
         self.covariance = dict(zip(pairs, upper, strict=True))
+
+
+def _variance(noise: Noise, value: float) -> float:
+    """Return the variance of a reading; a value that is rounded to a step has some."""
+    return float(max(noise.spread(value) ** 2 + noise.step**2 / 12, LEAST))
 
 
 def _odd(field: Field) -> bool:

@@ -225,6 +225,30 @@ class Blind(Definition):
         return {"x": command["speed"]}
 
 
+#: definitions that state the noise of some sensors: of lidars, encoders, joints
+SHIPPED = ("woodbot", "create2", "dynabot", "epuck", "pioneer3dx", "youbot_arm")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("definition", SHIPPED)
+def test_robots_that_ship(definition: str, kind: str) -> None:
+    """No error is beyond what it states: five deviations."""
+    lab = Experiment("lab")
+    lab.robot("sim", definition, "kinematic", options={"noise": True})
+    words = {"command": "robot/sim/command", "sensors": "robot/sim/sensors"}
+    lab.process("it", kind, options={"definition": definition}, **words)
+    with lab.engine() as engine:
+        sim, it = engine["robot/sim"], engine["process/it"]
+        engine.put(
+            "robot/sim/command",
+            {path: 0.3 * one.limits[1] for path, one in sim.command.schema.rows()},
+        )
+        engine.step(20)
+        off = np.abs(it.state.to_array() - sim.state.to_array())
+        assert (off <= 5 * it.deviation.to_array() + 1e-9).all()
+        assert it.deviation.to_array().max() > 1e-5
+
+
 def test_a_robot_without_sensors() -> None:
     with pytest.raises(ExperimentError, match="has no sensors, so nothing corrects"):
         carted("ekf", Blind)
