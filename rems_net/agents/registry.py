@@ -31,7 +31,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "pictures": "rems_net.outputs.pictures:PicturesOutput",
         "plot": "rems_net.outputs.plot:PlotOutput",
     },
-    "process": {},
+    "process": {
+        "ekf": "rems_net.processes.ekf:Ekf",
+        "ukf": "rems_net.processes.ukf:Ukf",
+    },
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
