@@ -79,8 +79,8 @@ def updated(
 ) -> tuple[Floats, Floats]:
     """Return mean and root after a reading.
 
-    found: moments of the reading that was expected      off: (m,), the values read, less
-    `found.mean`      noise: (m, m), covariance of the reading's noise, above 0
+    found: moments of the reading that was expected      off: (m,), the values read,
+    less `found.mean`      noise: (m, m), of the reading; its variances are above 0
     """
     low = cholesky(found.rest + noise)
     # Readings that are independent, each with a noise of 1.
