@@ -52,7 +52,7 @@ def frozen(folder: Path, freezes: int) -> None:
         agent = engine["process/learner"]
         for _ in range(freezes + 5):
             workers = runtime(agent).jobs._workers if done < freezes else []
-            pids = [worker._process.pid for worker in workers]
+            pids = [worker._process.pid or 0 for worker in workers]
             for pid in pids:
                 os.kill(pid, signal.SIGSTOP)
             thaw = threading.Timer(rng.uniform(0.0, 0.01), resume, [pids])
