@@ -31,7 +31,9 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "pictures": "rems_net.outputs.pictures:PicturesOutput",
         "plot": "rems_net.outputs.plot:PlotOutput",
     },
-    "process": {},
+    "process": {
+        "residual": "rems_net.processes.residual:Residual",
+    },
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
