@@ -79,12 +79,27 @@ def the_racer_starts_again(runs: Path) -> None:
     assert 0.2 < found["racer"][1] < 0.4  # two times to the left
 
 
+def the_network_predicts_better(runs: Path) -> None:
+    """Another run than that in which it learned: the RMS distance is less than half."""
+    at = {}
+    for name in ("real", "alone", "corrected"):
+        with (runs / "predict" / f"{name}.csv").open(encoding="utf-8") as file:
+            rows = [*csv.DictReader(file)]
+        at[name] = [(float(r["state/x [m]"]), float(r["state/y [m]"])) for r in rows]
+    off = {
+        name: sum(dist(*pair) ** 2 for pair in zip(at["real"], at[name], strict=True))
+        for name in ("alone", "corrected")
+    }
+    assert off["corrected"] < 0.25 * off["alone"]
+
+
 #: example -> what else it does, seen in what it left
 DOES: dict[str, Callable[[Path], None]] = {
     "pid": the_integral_wins_against_the_wind,
     "leader_follower": the_follower_stays_behind,
     "swarm": the_swarm_flies_together,
     "referee": the_racer_starts_again,
+    "residual": the_network_predicts_better,
     "reach": the_arm_ends_where_the_circle_does,
 }
 

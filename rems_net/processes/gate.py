@@ -8,7 +8,9 @@ with where the robot is.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -18,15 +20,17 @@ from rems_net.maths import sincos
 
 #: s. Time between the beginnings of two pairs, and times after which they are compared.
 BEGIN, HORIZONS = 0.5, (1.0, 2.0, 5.0, 10.0)
-#: Share of the sums that a new comparison leaves: the last ten count.
-KEEP = 0.9
-#: Comparisons that are needed, at least.
-FEW = 4
-#: Largest mean square error at the first horizon, and at others, with which a gate
-#: opens: a share of the error without the correction.
-OPENS = (0.8, 0.9)
-#: and with which it closes
-CLOSES = (1.0, 1.0)
+#: Comparisons that count, of each horizon, and that are needed at least.
+LAST, FEW = 40, 8
+#: m. Smaller errors without a correction need none.
+LITTLE = 1e-4
+#: Largest share of the mean square error that is left at the first horizon, and at
+#: others, to open: less could be chance. The second pair keeps an open gate open.
+SHARES = ((0.7, 0.9), (0.85, 1.0))
+#: How many times its own uncertainty the gain must be: to open, and to stay open.
+SURE = (3.0, 1.5)
+#: Comparisons of the first horizon overlap by half: so many count as one.
+OVERLAP = 2.0
 
 
 class Gate:
@@ -36,9 +40,8 @@ class Gate:
         #: in ticks
         self.begin = max(1, round(BEGIN / step))
         self.horizons = [max(1, round(one / step)) for one in HORIZONS]
-        #: sums of squares [m2], by horizon: without and with the correction
-        self.sums = np.zeros((len(HORIZONS), 2))
-        self.counts = [0] * len(HORIZONS)
+        #: by horizon: squared errors [m2], without and with the correction
+        self.errors = [deque[Floats](maxlen=LAST) for _ in HORIZONS]
         self.open = False
         self._n = 0
         self.restart()
@@ -64,28 +67,30 @@ class Gate:
                 self._compare(i, self._poses[self._ages.index(horizon)])
         if self._ages[0] >= self.horizons[-1]:
             self._ages, self._poses = self._ages[1:], self._poses[1:]
-        self.open = self._helps(*(CLOSES if self.open else OPENS))
+        self.open = self._helps(int(self.open))
 
     def error(self, horizon: int, which: int) -> float:
         """Return the RMS distance [m] of a horizon; which: 0 alone, 1 corrected."""
-        weight = (1 - KEEP ** self.counts[horizon]) / (1 - KEEP)
-        return float(np.sqrt(self.sums[horizon, which] / max(weight, 1.0)))
+        found = self.errors[horizon]
+        return sqrt(sum(float(one[which]) for one in found) / max(1, len(found)))
 
     def _compare(self, horizon: int, poses: Floats) -> None:
         off = poses[1:, :2] - poses[0, :2]
-        self.sums[horizon] = KEEP * self.sums[horizon] + (off * off).sum(axis=1)
-        self.counts[horizon] += 1
+        self.errors[horizon].append((off * off).sum(axis=1))
 
-    def _helps(self, first: float, later: float) -> bool:
-        if self.counts[0] < FEW:
+    def _helps(self, stays: int) -> bool:
+        """Return whether the gate is open. stays: 1 if it is open already, else 0."""
+        first, *later = self.errors
+        if len(first) < FEW or self.error(0, 0) < LITTLE:
             return False
-        shares = [first, *[later] * (len(HORIZONS) - 1)]
-        return all(
-            corrected <= share * alone
-            for share, (alone, corrected), count in zip(
-                shares, self.sums.tolist(), self.counts, strict=True
-            )
-            if count >= FEW
+        gains = np.array([alone - corrected for alone, corrected in first])
+        doubt = gains.std() * sqrt(OVERLAP / len(gains))
+        near, far = SHARES[stays]
+        return bool(gains.mean() > SURE[stays] * doubt) and all(
+            sum(float(one[1]) for one in some)
+            <= share * sum(float(one[0]) for one in some)
+            for some, share in [(first, near), *((one, far) for one in later)]
+            if len(some) >= FEW
         )
 
 

@@ -10,8 +10,8 @@ from rems_net.drivers.kinematic.correction import Floats, Network
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.maths.ukf import moments, points, updated
 
-#: Distance of the sigma points, as a share of sqrt(number of weights): so far, since
-#: what is uncertain of a curved network must be seen. At 0.1 it gets sure too early.
+#: Distance of the sigma points, as a share of sqrt(number of weights). Near points miss
+#: how curved the network is: at 0.1 the filter is sure of itself too early.
 ALPHA = 1.0
 #: Share of full speed. Deviation of the first readings, before any is known.
 FIRST = 0.1

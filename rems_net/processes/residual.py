@@ -44,7 +44,7 @@ from rems_net.processes.learner import Learner, train
 
 #: Share of full speed. A step that is so far from the prediction was no drive: somebody
 #: has lifted the robot, or its pose was lost.
-JOLT = 2.0
+JOLT = 3.0
 #: Share by which a new error changes the skill over one step: the last 50 count.
 RATE = 0.02
 
@@ -150,6 +150,8 @@ class Residual(Process):
         self._before = now
         if before is not None and not self._off:
             self._take(given, before, now, tick.dt)
+            if not np.isfinite(self.learner.mean).all():
+                self._stop()
         self.weights = {"values": self.learner.mean}
 
     def close(self) -> None:
@@ -254,6 +256,7 @@ class Residual(Process):
     def _stop(self) -> None:
         """Correct nothing from now on: the network has run away."""
         self._off = True
+        self.learner.mean = np.zeros(self.network.count)
         self.correction = {**dict.fromkeys(POSE, 0.0), "helps": False}
         warn("correction", f"{self.key}: {RUNAWAY}", self.key)
 

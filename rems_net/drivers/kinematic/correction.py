@@ -33,8 +33,9 @@ Floats = NDArray[np.float64]
 PROBE = 3
 #: Relative difference of two such drives from which definitions are not the same.
 SAME = 1e-6
-#: A correction of this share of full speed, or more, is none: it has run away.
-HUGE = 1.0
+#: Share of full speed. A motor that is late and turns round is wrong by 2; a correction
+#: that is larger has run away.
+HUGE = 2.5
 
 
 def limits(schema: Schema) -> dict[str, float]:
@@ -112,8 +113,9 @@ class Weights:
         path.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
 
     @classmethod
-    def read(cls, path: Path) -> Weights:
-        """Read the file. Raises ExperimentError."""
+    def read(cls, path: Path, shown: str = "") -> Weights:
+        """Read the file. Raises ExperimentError, with its name as `shown`."""
+        shown = shown or str(path)
         try:
             given = json.loads(path.read_text(encoding="utf-8"))
             found = cls(**{field.name: given[field.name] for field in fields(cls)})
@@ -122,14 +124,14 @@ class Weights:
             good = len(found.weights) == count and np.isfinite(numbers).all()
         except OSError as error:
             raise ExperimentError(
-                f"{path} cannot be read: {error.strerror}. A process of type residual "
+                f"{shown} cannot be read: {error.strerror}. A process of type residual "
                 'writes it, with options={"save": "NAME.json"}. (R0871)'
             ) from None
         except (KeyError, TypeError, ValueError):
             good = False
         if not good:
             raise ExperimentError(
-                f"{path} has no weights of a residual, or some that are not finite; "
+                f"{shown} has no weights of a residual, or some that are not finite; "
                 "expected the file that a process of type residual has saved. (R0871)"
             )
         return found
@@ -162,9 +164,10 @@ class Memory:
 class Correction:
     """A term of the kinematic driver: the network of a file, beside the mathematics."""
 
-    def __init__(self, robot: Kinematic, path: Path):
+    def __init__(self, robot: Kinematic, file: str):
+        path = robot.folder / file
         self.robot, self.path = robot, path
-        self.saved = saved = Weights.read(path)
+        self.saved = saved = Weights.read(path, file)
         _check(robot, saved, path)
         self._weights = np.array([saved.weights])
         self._network, self._full = saved.network, np.array(saved.full)
@@ -210,7 +213,7 @@ class Correction:
 
 
 RUNAWAY = (
-    "its correction has run away (it is not finite, or as much as full speed); from "
+    "its correction has run away (it is not finite, or beyond twice full speed); from "
     "here on it is 0, and the robot is as it was without one"
 )
 
@@ -254,7 +257,7 @@ def local(before: Sequence[float], after: Sequence[float]) -> tuple[float, ...]:
 
 
 def definition_of(robot: Kinematic) -> str:
-    """Return the name of the class that says what this robot is."""
+    """Return the name of the robot's definition."""
     parts = (part for part in type(robot).__mro__ if issubclass(part, Definition))
     return next(part.__name__ for part in parts if not issubclass(part, Driver))
 

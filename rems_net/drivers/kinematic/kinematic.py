@@ -43,7 +43,7 @@ class Kinematic(Model):
         if file := self.options["correction"]:
             from rems_net.drivers.kinematic.correction import Correction
 
-            self.correction = Correction(self, self.folder / file)
+            self.correction = Correction(self, file)
 
     def rewind(self) -> None:
         """Go back to the initial state."""
