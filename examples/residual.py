@@ -20,8 +20,7 @@ class Keys(Input):
         return {"wheel/left": left, "wheel/right": right}
 
 
-def drive(name: str, seconds: float | str, seed: int) -> Experiment:
-    lab = Experiment(name, dt="0.1 s", duration=seconds, seed=seed)
+def drive(lab: Experiment) -> Experiment:
     lab.input("keys", Keys)
     lab.robot("real", "woodbot", "mujoco", command="input/keys", parameters=WORN)
     lab.output("log", "csv")
@@ -29,13 +28,13 @@ def drive(name: str, seconds: float | str, seed: int) -> Experiment:
 
 
 if __name__ == "__main__":  # not in the agents' processes, which read it, too
-    lab = drive("learn", 60, seed=1)
+    lab = drive(Experiment("learn", duration=60, seed=1))
     options = {"definition": "woodbot", "parameters": "arena_radius = 0"}
     options["save"] = "weights.json"
     ports: dict[str, Any] = {p: f"robot/real/{p}" for p in ("command", "state")}
     lab.process("learner", "residual", **ports, options=options)
     weights = {"correction": str(Path(lab.run().folder, "weights.json").resolve())}
-    lab = drive("predict", "10 s", seed=2)
+    lab = drive(Experiment("predict", duration="10 s", seed=2))
     like: dict[str, Any] = {"command": "input/keys", "parameters": OPEN}
     lab.robot("alone", "woodbot", "kinematic", **like)
     lab.robot("corrected", "woodbot", "kinematic", **like, options=weights)

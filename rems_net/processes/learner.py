@@ -25,7 +25,7 @@ Sample = tuple[Floats, Floats]
 
 
 class Learner:
-    """What is known of a network's weights: a mean, and a root of the covariance."""
+    """Belief about a network's weights: a mean, and a root of the covariance."""
 
     def __init__(self, network: Network, random: np.random.Generator):
         self.network = network
