@@ -15,6 +15,7 @@ from benchmarks import (
     footprint,
     hand,
     latency,
+    learning,
     load,
     lockstep,
     numerics,
@@ -50,6 +51,7 @@ ALL = {
     "hand": hand.measure,
     "size": size.measure,
     "numerics": numerics.measure,
+    "learning": learning.measure,
 }
 
 

@@ -92,6 +92,20 @@ def the_filters_know_where_it_is(runs: Path) -> None:
         assert dist(last["real"], last[name]) < 0.01
 
 
+def the_network_predicts_better(runs: Path) -> None:
+    """Another run than that in which it learned: the RMS distance is less than half."""
+    at = {}
+    for name in ("real", "alone", "corrected"):
+        with (runs / "predict" / f"{name}.csv").open(encoding="utf-8") as file:
+            rows = [*csv.DictReader(file)]
+        at[name] = [(float(r["state/x [m]"]), float(r["state/y [m]"])) for r in rows]
+    off = {
+        name: sum(dist(*pair) ** 2 for pair in zip(at["real"], at[name], strict=True))
+        for name in ("alone", "corrected")
+    }
+    assert off["corrected"] < 0.25 * off["alone"]
+
+
 #: example -> what else it does, seen in what it left
 DOES: dict[str, Callable[[Path], None]] = {
     "pid": the_integral_wins_against_the_wind,
@@ -99,6 +113,7 @@ DOES: dict[str, Callable[[Path], None]] = {
     "swarm": the_swarm_flies_together,
     "referee": the_racer_starts_again,
     "estimate": the_filters_know_where_it_is,
+    "residual": the_network_predicts_better,
     "reach": the_arm_ends_where_the_circle_does,
 }
 

@@ -63,7 +63,7 @@ class Agent:
         self.folder = folder or Path()
         self.out = out or Path()
         self.__dict__[RUNTIME] = Runtime(
-            self.kind, tuple(self.ins()), every, self.lockstep
+            self.key, tuple(self.ins()), every, self.lockstep
         )
         self._fill("options", options)
 

@@ -163,11 +163,16 @@ def _takes(function: Callable[..., object], count: int) -> bool:
 
 
 def where(thread: threading.Thread | None = None) -> str:
-    """Return the line at which a thread is: of the user's code, if possible."""
+    """Return the line at which a thread is: of the user's code, if possible.
+
+    A function of ours that waits for a job has that in its variable `waits_for`.
+    """
     stands = thread or threading.main_thread()
     innermost = sys._current_frames().get(stands.ident or 0)
     frame = innermost
     while frame is not None and not is_users(frame.f_code.co_filename):
+        if isinstance(waits_for := frame.f_locals.get("waits_for"), str):
+            return waits_for
         frame = frame.f_back
     frame = frame or innermost
     if frame is None:

@@ -34,6 +34,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "process": {
         "ekf": "rems_net.processes.ekf:Ekf",
         "ukf": "rems_net.processes.ukf:Ukf",
+        "residual": "rems_net.processes.residual:Residual",
     },
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {

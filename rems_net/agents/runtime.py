@@ -35,7 +35,7 @@ class Guard(Protocol):
 class Runtime:
     """Run state of one agent. The engine writes it; agents do not.
 
-    kind: of the agent.  ins: names of its Ins.  every: it steps at each tick n with
+    key: of the agent.  ins: names of its Ins.  every: it steps at each tick n with
     n % every == 0.  lockstep: whether the clock waits for it.
     """
 
@@ -61,8 +61,8 @@ class Runtime:
         "written",
     )
 
-    def __init__(self, kind: str, ins: tuple[str, ...], every: int, lockstep: bool):
-        self.kind, self.ins, self.every = kind, ins, every
+    def __init__(self, key: str, ins: tuple[str, ...], every: int, lockstep: bool):
+        self.kind, self.ins, self.every = key.partition("/")[0], ins, every
         #: False on an open fabric, where the clock waits for no agent
         self.in_step = lockstep
         self.tick = Tick(0, 0.0, 0.0)
@@ -72,7 +72,7 @@ class Runtime:
         self.rules: tuple[Rule, ...] = ()
         #: how often the agent's process was started again after a crash
         self.restarts = 0
-        self.jobs = Jobs()
+        self.jobs = Jobs(key)
         #: by In: its source
         self.sources: Mapping[str, str] = {}
         #: If several agents write a robot's command: for each, by its port such as
@@ -103,7 +103,7 @@ class Runtime:
         if self.kind not in ("input", "process"):
             self.source_tick = tick.n
         if self.jobs.any:
-            self.jobs.deliver()
+            self.jobs.deliver(tick.n, in_step=self.in_step)
         return self.tick
 
     def end(self) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.agents.robot import Robot
-from rems_net.defdict import Schema, parse_quantity
+from rems_net.defdict import parse_quantity
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.errors import ExperimentError, some
 
 if TYPE_CHECKING:
@@ -47,16 +48,6 @@ class Drive:
             {path: values[rows] for path, values in self.command.items()},
             {path: values[rows] for path, values in self.state.items()},
         )
-
-
-def limits(schema: Schema) -> dict[str, float]:
-    """Return the limit of each field that goes from -limit to limit; 1 for others."""
-    found = {}
-    for path, one in schema.rows():
-        low, high = one.limits
-        symmetric = -low == high and np.isfinite(high) and high > 0
-        found[path] = float(high) if symmetric else 1.0
-    return found
 
 
 def settled(columns: Columns) -> NDArray[np.intp]:

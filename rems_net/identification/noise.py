@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rems_net.agents.robot import Robot
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Columns as Arrays
-from rems_net.identification.drive import Floats, limits, settled, share
+from rems_net.identification.drive import Floats, settled, share
 
 if TYPE_CHECKING:
     from rems_net.recordings.table import Columns

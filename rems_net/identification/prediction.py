@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from rems_net.agents.robot import Definition, combine
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Columns, ahead
 from rems_net.errors import ExperimentError
-from rems_net.identification.drive import Drive, Floats, limits
+from rems_net.identification.drive import Drive, Floats
 
 #: s. Longest substep of Runge and Kutta's rule; a robot turns by 0.3 rad in it.
 FINE = 0.1

@@ -71,6 +71,7 @@ def test_every_state_is_received(size: int) -> None:
         "realtime",
         "start",
         "numerics",
+        "learning",
         "recording",
         "worlds",
         "dashboard",

@@ -12,12 +12,13 @@ from rems_net.agents.verbs import verb_names
 from rems_net.defdict import DefDict, refill
 from rems_net.drivers.kinematic.integration import Change, Integration
 from rems_net.drivers.kinematic.mathematics import Rates
-from rems_net.drivers.kinematic.model import Model, feel, motion
+from rems_net.drivers.kinematic.model import POSE, Model, feel, motion
 from rems_net.drivers.needs import NEEDS_MUJOCO
 from rems_net.errors import RemsError, SchemaError
 from rems_net.scenes.scene import Scene
 
 if TYPE_CHECKING:
+    from rems_net.drivers.kinematic.correction import Correction
     from rems_net.drivers.kinematic.world import KinematicWorld
 
 
@@ -33,9 +34,22 @@ class Kinematic(Model):
     substep. If a step and its two halves differ too much, the driver warns.
     """
 
+    #: a term beside the mathematics: what a network has learned of the rest
+    correction: Correction | None = None
+
+    def prepare(self) -> None:
+        """Read the weights of a correction, too, if the options name them."""
+        super().prepare()
+        if file := self.options["correction"]:
+            from rems_net.drivers.kinematic.correction import Correction
+
+            self.correction = Correction(self, file)
+
     def rewind(self) -> None:
         """Go back to the initial state."""
         super().rewind()
+        if self.correction is not None:
+            self.correction.rewind()
         self._driven, self._dt = self.command, 0.0
         self._flat = not any(field.shape for field in self.command.schema.fields)
         self.halt()
@@ -60,12 +74,15 @@ class Kinematic(Model):
         told = command.leaves() if self._flat else command.encode()
         if not integration.told and integration.disagrees(state, command, h, told):
             integration.tell(h, dt)
+        before = [state[path] for path in POSE] if self.correction else []
         for _ in range(integration.count):
             mean = integration.mean(state, command, h)
             gone = self.advanced(state, command, h) if self.advanced else {}
             self._lead(state, state, mean, h)
             for path, value in gone.items():
                 state[path] = _plain(value)
+        if self.correction is not None:
+            self.correction.add(before, command, dt)
         if self.accelerometers:
             self._dt, self.went = dt, self.goes
             self.goes = motion(state, self.rates(state, command))
@@ -116,9 +133,11 @@ class Kinematic(Model):
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
         """Return a step for all as arrays; None if their mathematics takes none."""
-        own = ("step", "obey", "drive", "sense")
+        own = ("step", "obey", "acting", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
             return None  # the subclass's method does more than the step of arrays
+        if any(robot.options["correction"] for robot in robots):
+            return None  # each has a memory of its own commands
         verbs = [getattr(cls, name) for name in verb_names(cls)]
         if not all(verb.__module__.startswith("rems_net.") for verb in verbs):
             return None  # a verb of the user's own may change one robot alone

@@ -6,7 +6,7 @@ from typing import Any
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Robot
 from rems_net.bodies.body import Accelerometer, Embodied
-from rems_net.defdict import Schema, acceleration, choice, integer
+from rems_net.defdict import Schema, acceleration, choice, integer, text
 from rems_net.drivers.acceleration import component, felt
 from rems_net.drivers.kinematic.integration import Change, Integration
 from rems_net.drivers.kinematic.mathematics import Advance, Mathematics, Rates
@@ -30,6 +30,10 @@ class Model(Simulated):
         integrator=choice("default", "euler", "rk4", doc="how rates become a step"),
         substeps=integer(range=(0, 10_000), doc="in a step; 0: 4 by default, or 1"),
         noise=NOISE,
+        correction=text(
+            max_len=4096,
+            doc="weights that a process of type residual has saved; added to each step",
+        ),
     )
 
     rates: Callable[[Any, Any], Change]

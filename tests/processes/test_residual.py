@@ -1,0 +1,369 @@
+"""A residual: it learns what a definition leaves over, and is used while it helps."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rems_net
+from rems_net import Experiment, Tick, Woodbot
+from rems_net.agents.experiment.show import Show
+from rems_net.drivers.kinematic.correction import Network, Weights
+from rems_net.errors import AgentError, ExperimentError, uncoded
+from rems_net.events import Event, listening
+from rems_net.identification.drive import Drive, drive_of
+from rems_net.identification.identify import identify
+from rems_net.identification.prediction import made
+from rems_net.processes.learner import Learner
+from tests.agents.runs import Told
+from tests.identification.test_identify import planted
+from tests.processes.beside import POSE, Parameters, error, late, learned, learner
+from tests.robots.lab import FOLDER, models, recording
+
+FOUND = {"arena_radius": "0 m"}
+AGENTS = Path(__file__).parents[1] / "agents"
+
+
+def save(folder: Path, weights: Weights) -> Path:
+    path = folder / "weights.json"
+    weights.write(path)
+    return path
+
+
+def test_a_model_without_lag_and_delay_is_corrected(tmp_path: Path) -> None:
+    """At least by half over 1 s, in a drive that it has not seen; and over 10 s."""
+    path = save(tmp_path, learned(late(1, 40.0), FOUND))
+    other = late(11, 20.0)
+    for seconds in (1.0, 10.0):
+        alone = error(other, FOUND, None, seconds)
+        assert error(other, FOUND, path, seconds) < 0.5 * alone
+
+
+def halves(drive: Drive) -> list[tuple[Drive, Drive]]:
+    middle = len(drive) // 2
+    first, second = drive.part(slice(middle)), drive.part(slice(middle, None))
+    return [(first, second), (second, first)]
+
+
+def never_worse(folder: Path, drive: Drive, given: Parameters) -> None:
+    """Identified and learned on one half, at most 5 % worse on the other over 10 s."""
+    for seen, other in halves(drive):
+        names = ("track", "max_wheel_speed")
+        best = identify([seen], Woodbot, parameters=given, names=names)
+        found = {**given, **best.adopted()}
+        path = save(folder, learned(seen, found))
+        if not Weights.read(path).helps:
+            continue  # its correction is 0: see the test of a closed gate
+        seconds = min(10.0, float(np.ptp(other.time)) - 0.3)
+        alone = error(other, found, None, seconds)
+        assert error(other, found, path, seconds) <= 1.05 * alone
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (3, *range(20, 40)))]
+)
+def test_noise_alone_is_no_reason_to_correct(tmp_path: Path, seed: int) -> None:
+    never_worse(tmp_path, planted(seed, rows=400)[0], FOUND)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 12))
+def test_an_identified_robot_of_another_hand_is_not_predicted_worse(
+    tmp_path: Path, seed: int
+) -> None:
+    never_worse(tmp_path, late(seed, 60.0), FOUND)
+
+
+@pytest.mark.parametrize("name", [*models(), "Webots02_09_2023_17_17_51.csv"])
+def test_no_recording_of_the_class_is_predicted_worse(
+    tmp_path: Path, name: str
+) -> None:
+    recording(name)
+    given = {"track": "100 mm", "max_wheel_speed": "6.8 rad/s", **FOUND}
+    found = rems_net.read(FOLDER / name, like="woodbot-class")
+    drive = drive_of(found[next(iter(found))], made(Woodbot, given))
+    never_worse(tmp_path, drive, given)
+
+
+# -- what is the same in every run ---------------------------------------------
+
+
+def lab(weights: Path, hosts: dict[str, str]) -> Experiment:
+    """Return a run with a learner, a robot that is corrected, and one that is not."""
+    made = Experiment("learn", dt=0.1, duration=3.0, seed=4, folder=AGENTS)
+    made.input("wheels", "parts.py:Wheels")
+    command, about = "input/wheels", {"arena_radius": 0}
+    made.robot("real", "woodbot", "kinematic", command=command, parameters=about)
+    made.plans["robot/real"].parameters = {"arena_radius": 0, "track": "105 mm"}
+    made.robot("alone", "woodbot", "kinematic", command=command, parameters=about)
+    made.robot(
+        "corrected",
+        "woodbot",
+        "kinematic",
+        command=command,
+        parameters=about,
+        options={"correction": str(weights)},
+    )
+    made.process(
+        "learner",
+        "residual",
+        command="robot/real/command",
+        state="robot/real/state",
+        options={
+            "definition": "woodbot",
+            "parameters": "arena_radius = 0",
+            "save": "learned.json",
+        },
+    )
+    made.output("log", "csv")
+    made.output("learned", "csv", robots="process/*/*")
+    for key, plan in made.plans.items():
+        plan.host = hosts.get(key, hosts.get("", plan.host))
+    return made
+
+
+def ran(folder: Path, weights: Path, hosts: dict[str, str] | None) -> dict[str, bytes]:
+    made = lab(weights, hosts or {})
+    made.run(folder, direct=hosts is None, show=Told())
+    files = [*folder.glob("*.csv"), folder / "learned.json"]
+    return {path.name: path.read_bytes() for path in sorted(files)}
+
+
+#: by layout: the host of each agent; "" for all others; None for an engine
+LAYOUTS: list[dict[str, str] | None] = [
+    None,
+    {"": "all"},
+    {},
+    {"process/learner": "a", "robot/real": "a"},
+    {"robot/corrected": "a", "robot/alone": "a", "": "b"},
+]
+
+
+@pytest.mark.parametrize(
+    ("layouts", "runs"),
+    [(LAYOUTS[:3], 1), pytest.param(LAYOUTS, 10, marks=pytest.mark.slow)],
+    ids=["three", "five"],
+)
+def test_all_layouts_give_the_same_bytes(
+    tmp_path: Path, layouts: list[dict[str, str] | None], runs: int
+) -> None:
+    weights = save(tmp_path, learned(late(1, 12.0), FOUND))
+    weights.write_text(weights.read_text().replace('"helps": false', '"helps": true'))
+    found = [
+        ran(tmp_path / f"{i}-{n}", weights, hosts)
+        for i, hosts in enumerate(layouts)
+        for n in range(runs)
+    ]
+    assert all(one == found[0] for one in found)
+    assert found[0]["alone.csv"] != found[0]["corrected.csv"]
+    assert "process.learner.csv" in found[0]
+
+
+# -- the process, step by step -------------------------------------------------
+
+
+def drive(process: Any, ticks: range, x: float = 0.0) -> None:
+    """Let a robot drive ahead at 80 % of the speed that the definition predicts."""
+    for n in ticks:
+        process.command = {"wheel": {"left": 5.0, "right": 5.0}}
+        process.state = {"x": x + 0.8 * 0.01 * n}
+        process.step(Tick(n, n * 0.1, 0.1))
+
+
+def test_skill_is_measured_before_it_learns() -> None:
+    process = learner(FOUND)
+    drive(process, range(1, 3))
+    before = process.learner.mean.copy()
+    assert process.skill["x"] == pytest.approx(0.0, abs=1e-12)
+    drive(process, range(3, 40))
+    assert process.skill["x"] > 0.5
+    assert (process.learner.mean != before).any()
+    assert process.weights["values"] == pytest.approx(process.learner.mean)
+
+
+def test_a_robot_that_stands_is_not_corrected() -> None:
+    process = learner(FOUND)
+    drive(process, range(1, 40))
+    assert not process.learner.predict(np.zeros(6)).any()
+
+
+def test_the_correction_is_used_only_while_the_gate_is_open() -> None:
+    process = learner(FOUND)
+    drive(process, range(1, 20))
+    assert not process.correction["helps"]
+    assert process.correction["x"] == 0.0
+    drive(process, range(20, 120))
+    assert process.correction["helps"]
+    assert process.correction["x"] == pytest.approx(-0.002, rel=0.1)
+
+
+def test_a_robot_that_is_lifted_teaches_nothing() -> None:
+    process = learner(FOUND)
+    drive(process, range(1, 40))
+    before = process.learner.mean.copy()
+    drive(process, range(40, 41), x=0.5)
+    assert (process.learner.mean == before).all()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e6])
+def test_a_residual_that_runs_away_corrects_nothing(value: float) -> None:
+    process = learner(FOUND)
+    drive(process, range(1, 120))
+    assert process.correction["helps"]
+    process.learner.mean[-18:] = value
+    events: list[Event] = []
+    with listening(events.append):
+        drive(process, range(120, 140))
+    assert [event.text for event in events] == [
+        "process/learner: its correction has run away (it is not finite, or beyond "
+        "twice full speed); from here on it is 0, and the robot is as it was without "
+        "one"
+    ]
+    assert not process.correction["helps"]
+    assert [process.correction[path] for path in POSE] == [0.0, 0.0, 0.0]
+    assert not process.saved().helps
+
+
+def test_a_network_of_a_thousand_weights_learns_in_jobs(tmp_path: Path) -> None:
+    """Due after five steps, in another process: the same bytes as in a host."""
+    found = []
+    for way in (True, False):
+        made = lab(save(tmp_path, learned(late(1, 3.0), FOUND)), {"": "all"})
+        made.duration = 1.3
+        options = made.plans["process/learner"].options
+        made.plans["process/learner"].options = {**options, "hidden": 98, "due": 5}
+        made.run(tmp_path / str(way), direct=way, show=Told())
+        found.append((tmp_path / str(way) / "learned.json").read_bytes())
+    assert found[0] == found[1]
+    weights = Weights.read(tmp_path / "True" / "learned.json")
+    assert len(weights.weights) == 998
+    assert any(weights.weights[-18:])
+
+
+@pytest.mark.slow  # of time: a busy machine would make it fail now and then
+def test_an_update_of_64_weights_takes_half_a_millisecond() -> None:
+    rng = np.random.default_rng(1)
+    one = Learner(Network(6, 5), rng)
+    assert one.network.count >= 64
+    took = []
+    for _ in range(500):
+        given, read = rng.uniform(-1, 1, 6), rng.normal(0, 0.1, 3)
+        begun = perf_counter()
+        one.learn(given, read)
+        took.append(perf_counter() - begun)
+    assert median(took) <= 0.0005
+
+
+# -- weights in a file -----------------------------------------------------------
+
+
+def corrected(path: Path, definition: str = "woodbot", **more: Any) -> Experiment:
+    made = Experiment("one", dt=more.pop("dt", 0.1), duration=1.0, folder=AGENTS)
+    made.input("wheels", "parts.py:Wheels")
+    given: dict[str, Any] = {"parameters": FOUND, **more}
+    made.robot("alone", definition, "kinematic", command="input/wheels", **given)
+    given["options"] = {"correction": str(path)}
+    made.robot("r", definition, "kinematic", command="input/wheels", **given)
+    return made
+
+
+@pytest.fixture(scope="module")
+def weights() -> Weights:
+    return replace(learned(late(1, 12.0), FOUND), helps=True)
+
+
+def states(made: Experiment) -> list[dict[str, Any]]:
+    with made.engine() as engine:
+        engine.run()
+        return [
+            {path: engine[f"robot/{name}"].state[path] for path in POSE}
+            for name in ("alone", "r")
+        ]
+
+
+def test_a_closed_gate_leaves_the_robot_as_it_was(
+    tmp_path: Path, weights: Weights
+) -> None:
+    events: list[Event] = []
+    with listening(events.append):
+        path = save(tmp_path, replace(weights, helps=False))
+        alone, same = states(corrected(path))
+    assert alone == same
+    assert "do not help" in events[0].text
+    alone, other = states(corrected(save(tmp_path, weights)))
+    assert alone != other
+
+
+def test_weights_that_run_away_leave_the_robot_as_it_was(
+    tmp_path: Path, weights: Weights
+) -> None:
+    huge = replace(weights, weights=[1e9] * len(weights.weights))
+    events: list[Event] = []
+    with listening(events.append):
+        alone, same = states(corrected(save(tmp_path, huge)))
+    assert alone == same
+    assert "robot/r: its correction has run away" in events[0].text
+
+
+def test_a_file_reads_back_to_the_same_bits(tmp_path: Path, weights: Weights) -> None:
+    assert Weights.read(save(tmp_path, weights)) == weights
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"weights": [float("nan")] * 58}, ".*has no weights of a residual, or some"),
+        ({"weights": [0.0]}, ".*has no weights of a residual, or some"),
+        ({"commands": ["x", "y"]}, ".*has weights for a Woodbot with the command x, y"),
+        ({"definition": "Cart"}, ".*has weights for a Cart with the command wheel/l"),
+    ],
+)
+def test_a_wrong_file_is_refused(
+    tmp_path: Path, weights: Weights, change: dict[str, Any], sentence: str
+) -> None:
+    path = save(tmp_path, weights)
+    path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
+    with pytest.raises(ExperimentError) as caught:
+        corrected(path).check()
+    assert re.match(f"robot 'r': {sentence}", uncoded(caught.value))
+
+
+def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) -> None:
+    path = save(tmp_path, weights)
+    with pytest.raises(ExperimentError, match="this robot is a Create2"):
+        corrected(path, "create2").check()
+    with pytest.raises(ExperimentError, match="with other parameters or another"):
+        corrected(path, parameters={**FOUND, "track": "90 mm"}).check()
+    with pytest.raises(AgentError, match=r"at steps of 0\.1 s, and this one has 0\.05"):
+        corrected(path, dt=0.05).run(tmp_path / "out", direct=True, show=Show())
+    path.unlink()
+    with pytest.raises(ExperimentError, match="cannot be read: No such file"):
+        corrected(path).check()
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({}, "a residual needs the definition beside which it learns; write options"),
+        ({"definition": "youbot_arm"}, "the state of a youbot_arm has no 'x'; a resid"),
+        ({"definition": "woodbot", "parameters": "track"}, "parameters = 'track' cann"),
+    ],
+)
+def test_what_cannot_be_learned_is_refused(
+    options: dict[str, str], sentence: str
+) -> None:
+    made = Experiment("one", dt=0.1, duration=1.0)
+    made.robot("r", "woodbot", "kinematic")
+    given = {"command": "robot/r/command", "state": "robot/r/state"}
+    made.process("learner", "residual", options=options, **given)
+    with pytest.raises(ExperimentError) as caught:
+        made.check()
+    assert uncoded(caught.value).startswith(f"process 'learner': {sentence}")
