@@ -220,7 +220,10 @@ class Settings(Slot):
     """
 
     def __init__(
-        self, fields: Mapping[str, Field | Schema] | None = None, /, **more: Field
+        self,
+        fields: Mapping[str, Field | Schema] | None = None,
+        /,
+        **more: Field | Schema,
     ):
         self.fields: dict[str, Field | Schema] = {**(fields or {}), **more}
         self._schema: Schema | None = None

@@ -152,7 +152,7 @@ class Robot(Articulated, Agent):
     def step(self, tick: Tick) -> None:
         """Obey the command over (t - dt, t], then measure the result."""
         self.obey(tick)
-        self.drive(self.command, tick.dt)
+        self.drive(self.acting(tick.dt), tick.dt)
         self.sense()
 
     def obey(self, tick: Tick) -> None:
@@ -169,6 +169,13 @@ class Robot(Articulated, Agent):
     def stands(self) -> bool:
         """Whether it stands still because of STOP."""
         return runtime(self).stopped
+
+    def acting(self, dt: float) -> DefDict:
+        """Return the command that acts in the next `dt` seconds. Call it once a step.
+
+        Of a simulated robot, it is what its motors make of the command.
+        """
+        return self.command
 
     def drive(self, command: DefDict, dt: float) -> None:
         """Let `command` act for `dt` seconds. The first method of a driver."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rems_net.doors import door
 
 if TYPE_CHECKING:
+    from rems_net.bodies.actuators import actuation
     from rems_net.bodies.body import (
         Accelerometer,
         Arena,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
 #: public names by the module that defines them
 _HOMES = {
+    "rems_net.bodies.actuators": "actuation",
     "rems_net.bodies.body": (
         "Accelerometer Arena Body Box Camera Compass Cylinder Driven Encoder Gyro "
         "Hinge Loop Lump Model Part Ray Sensor Servo Shape Slide Source Sphere "
@@ -95,6 +97,7 @@ __all__ = [
     "Switch",
     "Tachometer",
     "Wall",
+    "actuation",
     "figures",
     "lump",
     "sensed",

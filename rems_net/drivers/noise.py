@@ -1,4 +1,8 @@
-"""Noise of simulated sensors: the definition states it, an option switches it on."""
+"""Simulated: the common part of drivers whose motors and sensors are computed.
+
+The definition states how motors follow their command and how sensors deviate; an
+option switches the noise on.
+"""
 
 from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
@@ -6,8 +10,9 @@ from typing import Protocol, runtime_checkable
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.agents.runtime import runtime
+from rems_net.bodies.actuators import Actuators
 from rems_net.bodies.noise import Noise, Noisy
-from rems_net.defdict import Schema, boolean
+from rems_net.defdict import DefDict, Schema, boolean
 from rems_net.drivers.needs import missing
 
 #: option of every driver that is `Simulated`
@@ -23,10 +28,15 @@ class Noised(Protocol):
 
 
 class Simulated(Driver):
-    """A driver that computes the sensors' true values, and adds noise on request."""
+    """A driver that computes the sensors' true values, and adds noise on request.
+
+    Its motors follow the command as the parameters `actuation/...` state.
+    """
 
     options = Settings(noise=NOISE)
     _noisy: Noisy | None = None
+    #: None if the motors do at once what is commanded
+    _motors: Actuators | None = None
 
     def prepare(self) -> None:
         """Check that the definition states its noise, if the option asks for it."""
@@ -43,9 +53,15 @@ class Simulated(Driver):
         self.begin_noise()  # raises an error for noise of a missing sensor
 
     def rewind(self) -> None:
-        """Start again, with the same noise."""
+        """Start again, with motors at rest and the same noise."""
         super().rewind()
+        self._motors = Actuators.of(self.parameters, self.command)
         self.begin_noise()
+
+    def acting(self, dt: float) -> DefDict:
+        """Return what the motors make of the command in the next `dt` seconds."""
+        motors, command = self._motors, self.command
+        return command if motors is None else motors.acting(command, dt)
 
     def begin_noise(self) -> None:
         """Start the noise anew: the same numbers as at the start."""

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.robot import Definition
+from rems_net.bodies.actuators import GROUP, actuation
 from rems_net.bodies.body import (
     Accelerometer,
     Arena,
@@ -78,6 +79,7 @@ def figures(**given: tuple[float, str]) -> Settings:
     given.setdefault("arena_radius", (0.0, "of a round wall about it; 0 for none"))
     return Settings(
         {name: FIGURES[name](default=d, doc=doc) for name, (d, doc) in given.items()}
+        | {GROUP: actuation("wheel/left", "wheel/right")}
     )
 
 

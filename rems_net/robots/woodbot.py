@@ -3,6 +3,7 @@
 from typing import Any
 
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.bodies.actuators import actuation
 from rems_net.bodies.body import (
     Arena,
     Body,
@@ -93,6 +94,7 @@ class Woodbot(Differential):
         arena_radius=length(
             default=0.4, range=(0, 100), doc="of the round wall; 0 for none; Lab 1"
         ),
+        actuation=actuation("wheel/left", "wheel/right"),
     )
 
     command = In(wheel_speeds)

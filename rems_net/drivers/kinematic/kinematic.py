@@ -116,7 +116,7 @@ class Kinematic(Model):
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
         """Return a step for all as arrays; None if their mathematics takes none."""
-        own = ("step", "obey", "drive", "sense")
+        own = ("step", "obey", "acting", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
             return None  # the subclass's method does more than the step of arrays
         verbs = [getattr(cls, name) for name in verb_names(cls)]

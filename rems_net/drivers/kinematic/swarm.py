@@ -73,7 +73,8 @@ class Swarm:
     def _step(self, tick: Tick) -> None:
         for robot in self.robots:
             robot.obey(tick)
-        command = _gather(self.command, self._values("command"))
+        acting = [robot.acting(tick.dt) for robot in self.robots]
+        command = _gather(self.command, acting)
         state = _gather(self.state, self._values("state"))
         first, integration = self.first, self.integration
         h = tick.dt / integration.count

@@ -48,7 +48,7 @@ class KinematicWorld:
         """Step all robots by `dt` seconds, each up to the first obstacle."""
         for number, robot in enumerate(self.robots):
             before = _pose(robot)
-            robot.drive(robot.command, dt)
+            robot.drive(robot.acting(dt), dt)
             after = _pose(robot)
             if after != before:
                 pose = self._stopped(number, before, after)

@@ -77,8 +77,8 @@ class PhysicsWorld:
             engine.refresh()
 
     def advance(self, dt: float) -> None:
-        """Step all robots by `dt` seconds, with their commands."""
-        self.drive([m.targets(m.robot.command) for m in self.members], dt)
+        """Step all robots by `dt` seconds, each with the command that acts."""
+        self.drive([m.targets(m.robot.acting(dt)) for m in self.members], dt)
 
     def drive(self, targets: Sequence[Sequence[float]], dt: float) -> None:
         """Advance by `dt` seconds, with the motors of each robot at its targets."""

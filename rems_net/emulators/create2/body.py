@@ -44,7 +44,7 @@ class Body:
             steps = round(told / QUANTUM) * QUANTUM if self.quantise else told
             speed, top = steps / 1000 / p.wheel_radius, p.max_wheel_speed
             self.robot.command[f"wheel/{side}"] = max(-top, min(top, speed))
-        self.robot.drive(self.robot.command, dt)
+        self.robot.drive(self.robot.acting(dt), dt)
         self.robot.sense()
         current = -2000 if self.charger else self.current
         self.used = min(max(0.0, self.used + current * dt / 3600), CAPACITY)
