@@ -28,9 +28,9 @@ from rems_net.defdict import (
     ratio,
     text,
 )
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError, nearest
-from rems_net.identification.drive import limits
 from rems_net.maths.ukf import Floats, Moments, points, predicted, product, updated
 from rems_net.processes.motion import Motion
 from rems_net.processes.turns import Turns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from rems_net.processes.residual import Residual
 from tests.identification.test_identify import keys
 
 POSE = ("x", "y", "heading")
-Parameters = dict[str, str]
+Parameters = Mapping[str, str | float]
 
 
 def step_of(drive: Drive) -> float:
