@@ -201,7 +201,12 @@ class _Engine:
                 paint(self.call, wall, WALL)
 
     def _add_fixed(
-        self, shape: int, mass: float, looks: int = AS_IT_IS, give: float = GIVE
+        self,
+        shape: int,
+        mass: float,
+        looks: int = AS_IT_IS,
+        give: float = GIVE,
+        friction: float = 1.0,
     ) -> int:
         fixed: int = self.call("createMultiBody", 0, shape, looks)
         stiffness = mass * -GRAVITY / give
@@ -210,7 +215,7 @@ class _Engine:
             fixed,
             BASE,
             # Bullet multiplies two frictions: with 1 here, the robot's part decides.
-            lateralFriction=1.0,
+            lateralFriction=friction,
             contactStiffness=stiffness,
             contactDamping=2 * sqrt(stiffness * mass),
         )
@@ -223,7 +228,7 @@ class _Engine:
         for some in (solids[i : i + BOXES] for i in range(0, len(solids), BOXES)):
             parts = [Part(one.shape, 1.0, tuple(one.at.tolist())) for one in some]
             shape = add_shapes(self.bullet, self.call, parts)
-            made.append(self._add_fixed(shape, mass, give=SOFT))
+            made.append(self._add_fixed(shape, mass, give=SOFT, friction=0.0))
             if self._seen:
                 paint(self.call, made[-1], SHADE)
         return made

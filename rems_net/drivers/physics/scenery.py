@@ -166,8 +166,10 @@ def _add_ghost(world: Element, ghost: Ghost, name: str) -> None:
     for solid in ghost.solids:
         part = Part(solid.shape, 1.0, tuple(solid.at.tolist()))
         geom = SubElement(body, "geom", shape(part), rgba=text([*SHADE, THIN]))
-        # As the floor: it touches robots and things, and their friction decides.
+        # As the floor: it touches robots and things. Without friction, also if theirs
+        # is larger: no wheel climbs up on it.
         geom.attrib |= {"contype": "2", "conaffinity": "1", "friction": "0 0 0"}
+        geom.set("priority", "2")
         geom.attrib |= {"group": str(WORLD), "mass": "0", **SOFT}
 
 

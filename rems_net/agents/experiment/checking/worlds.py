@@ -66,9 +66,18 @@ def _ghost(table: dict[str, Any], folder: Path) -> dict[str, Any]:
             )
     cls = parts.find("definition", table["definition"], folder)
     if not isinstance(table["definition"], str) or ":" not in table["definition"]:
-        table["definition"] = parts.reference(cls)
+        table["definition"] = _reference(cls, folder)
     World.options.schema({"ghosts": [table]})
     return table
+
+
+def _reference(cls: type, folder: Path) -> str:
+    """Return the name of a class; a file below the folder has the same everywhere."""
+    where, _, name = parts.reference(cls).rpartition(":")
+    here = folder.resolve()
+    if where.endswith(".py") and Path(where).is_relative_to(here):
+        where = Path(where).relative_to(here).as_posix()
+    return f"{where}:{name}"
 
 
 def check_ghosts(
