@@ -7,7 +7,8 @@ import re
 import shutil
 from collections.abc import Callable
 from importlib.util import find_spec
-from math import dist, remainder, tau
+from itertools import pairwise
+from math import dist, hypot, remainder, tau
 from pathlib import Path
 
 import pytest
@@ -183,3 +184,19 @@ def test_the_ball_is_found(copy: Path) -> None:
     assert dist(found["bot"], (0.4, 0.2)) < 0.2
     (album,) = copy.glob("runs/find_ball/bot.camera")
     assert [path.name for path in sorted(album.iterdir())][-1] == "000080.png"
+
+
+@pytest.mark.slow
+def test_ten_simulated_robots_and_an_emulated_one_follow_each_other(copy: Path) -> None:
+    """It takes as long as it says; the emulated one drives in the fifth place."""
+    pytest.importorskip("websockets", reason="websockets is not installed")
+    done = python(copy, "ghost.py")
+    assert done.returncode == 0, done.stderr
+    assert "is inside" not in done.stdout + done.stderr
+    found = last(copy / "runs", "state/x [m]", "state/y [m]")
+    assert len(found) == 11
+    names = ["real" if i == 5 else f"w{i}" for i in range(11)]
+    for one, other in pairwise(names):
+        assert 0.08 < dist(found[one], found[other]) < 0.4, (one, other)
+    for x, y in found.values():
+        assert hypot(x, y) == pytest.approx(0.8, abs=0.1)

@@ -182,6 +182,11 @@ def test_a_shared_world(tmp_path: Path) -> None:
             assert (done.returncode, done.stderr) == (0, ""), line
             if "ball" in line:
                 assert "pose/heading" in done.stdout
+    (tmp_path / "ghost.toml").write_text(blocks(page, "toml")[1])
+    done = rems(tmp_path, f"{blocks(page, 'sh')[1].strip()} --direct")
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    *_, last = rows(tmp_path / "runs" / "ghost" / "world.arena.csv")
+    assert float(last["real/pose/y [m]"]) > 0.2
     (tmp_path / "room.xml").write_text(blocks(page, "xml")[0])
     (tmp_path / "room.toml").write_text(
         '[experiment]\nduration = "1 s"\n[[world]]\nname = "room"\n'

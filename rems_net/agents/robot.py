@@ -18,8 +18,8 @@ from rems_net.errors import SchemaError
 from rems_net.kinematics.articulated import Articulated
 
 if TYPE_CHECKING:
-    from rems_net.agents.world import Shared
     from rems_net.scenes.scene import Scene
+    from rems_net.scenes.shared import Shared
 
 #: Where a robot is bolted down, if its state does not have it; also in `initial`.
 PLACE = Schema(

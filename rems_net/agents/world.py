@@ -1,125 +1,45 @@
 """World: a place that robots share, with its walls and things."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from typing import Any
 
+from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver, Robot, driver_of
 from rems_net.agents.runtime import runtime
-from rems_net.agents.tick import Tick
+from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.bodies.arena import Arena
-from rems_net.defdict import (
-    Field,
-    Schema,
-    angle,
-    array,
-    length,
-    many,
-    mass,
-    number,
-    text,
-)
+from rems_net.bodies.body import Embodied, Ray, Switch
+from rems_net.bodies.files.built import built
+from rems_net.defdict import DefDict, Schema, array, length, many, text
 from rems_net.errors import SchemaError
+from rems_net.events import warn
 from rems_net.maths import atan2, hypot
-from rems_net.scenes.description import described
+from rems_net.scenes.description import (
+    BALL,
+    BOX,
+    CYLINDER,
+    GHOST,
+    HAUNT,
+    RAMP,
+    WALL,
+    described,
+    level,
+)
+from rems_net.scenes.description import OBJECT as OBJECT
+from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene
+from rems_net.scenes.shared import Shared
 
-#: position and angles of a thing
-OBJECT = Schema(
-    "world.object",
-    {
-        "pose": {
-            "x": length(doc="of its middle"),
-            "y": length(doc="of its middle"),
-            "z": length(doc="of its middle"),
-            "heading": angle(doc="counter-clockwise from +x, -pi to pi"),
-            "pitch": angle(doc="up from the floor, -pi/2 to pi/2"),
-            "roll": angle(doc="about its own x, -pi to pi"),
-        }
-    },
-)
-
-_AT = {
-    "x": length(doc="of its middle"),
-    "y": length(doc="of its middle"),
-    "above": length(doc="of its lowest point above the floor"),
-    "heading": angle(doc="counter-clockwise from +x"),
-    "mass": mass(range=(0, 1e4), doc="at 0 it stays where it is"),
-    "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
-}
-
-
-def _colour(*default: float) -> Field:
-    """Return a colour for cameras; by default each kind of thing has another."""
-    return array(3, default=default, range=(0, 1), doc="red, green, blue")
-
-
-_EDGE = length(default=0.1, range=(1e-4, 1e3))
-_EDGES = array(3, "m", default=(0.1, 0.1, 0.1), range=(1e-4, 1e3))
-BOX = Schema(
-    "world.box",
-    {"name": text(), "size": _EDGES, **_AT, "colour": _colour(0.64, 0.42, 0.20)},
-)
-BALL = Schema(
-    "world.ball",
-    {"name": text(), "radius": _EDGE, **_AT, "colour": _colour(0.88, 0.14, 0.10)},
-)
-CYLINDER = Schema(
-    "world.cylinder",
-    {
-        "name": text(),
-        "radius": _EDGE,
-        "height": _EDGE,
-        **_AT,
-        "colour": _colour(0.14, 0.30, 0.80),
-    },
-)
-RAMP = Schema(
-    "world.ramp",
-    {
-        "name": text(),
-        "length": length(range=(1e-3, 1e3), default=0.5, doc="along the floor"),
-        "width": length(range=(1e-3, 1e3), default=0.3),
-        "height": length(range=(1e-3, 1e3), default=0.05, doc="of its upper end"),
-        "x": length(doc="of the middle of its lower end"),
-        "y": length(doc="of the middle of its lower end"),
-        "heading": angle(doc="uphill, counter-clockwise from +x"),
-        "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
-        "colour": _colour(0.60, 0.60, 0.60),
-    },
-)
-WALL = Schema(
-    "world.wall",
-    {
-        "start": array(2, "m", doc="on the floor, in its middle"),
-        "end": array(2, "m", doc="on the floor, in its middle"),
-        "height": _EDGE,
-        "thickness": length(range=(1e-4, 1e3), default=0.01),
-    },
-)
-
-
-class Shared(Protocol):
-    """World of a driver, with all the robots in it."""
-
-    scene: Scene
-
-    def advance(self, dt: float) -> None:
-        """Let the commands of all these robots act for `dt` seconds."""
-
-    def reset(self, robots: Sequence[Any]) -> None:
-        """Put robots back to their start; if all, everything else, too.
-
-        Raises AgentError if another robot stands at the start of one.
-        """
-
-    def thing(self, number: int) -> tuple[Any, Any]:
-        """Return where the scene's thing of that number is.
-
-        Its position (3,) in m and its rotation (3, 3), thing to world.
-        """
+#: before the name of a ghost: the port that reads its pose
+GHOSTS = "@ghosts"
+#: s. A pose that is older by less is not too old: rounding.
+SAME = 1e-9
 
 
 class World(Agent):
@@ -141,28 +61,36 @@ class World(Agent):
         cylinders=many(CYLINDER, max_len=1000, doc="upright: radius, height, ..."),
         ramps=many(RAMP, max_len=1000, doc="length, width, height, x, y, ..."),
         mjcf=text(max_len=4096, doc="a file that is the place, for MuJoCo"),
+        ghosts=many(GHOST, max_len=100, doc="name, definition, follows, max_age"),
     )
     scene: Scene
     #: number and name of each thing that may move
     _moving: Sequence[tuple[int, str]] = ()
     #: names of its own ports
-    _own: frozenset[str] = frozenset()
+    _own: tuple[str, ...] = ()
     _shared: Shared | None = None
     _robots: Sequence[Robot] = ()
 
     def prepare(self) -> None:
         """Find the things in it; each has a port of its name."""
         super().prepare()
-        self.scene = described(self.options, self.folder)
-        taken = {*dir(self)} - self._own
-        self._own = frozenset(self.scene.names)
-        for name in self.scene.names:
+        scene = described(self.options, self.folder)
+        made = [_ghost(said, self.folder) for said in self.options["ghosts"]]
+        self.scene = replace(scene, ghosts=tuple(ghost for ghost, _ in made))
+        ports = dict.fromkeys(scene.names, OBJECT)
+        for ghost, sensors in made:
+            ports |= {ghost.name: HAUNT, f"{ghost.name}_sensors": sensors}
+        taken = {*dir(self)} - {*self._own}
+        self._own = tuple(ports)
+        for name, schema in ports.items():
             if name in taken:
                 raise SchemaError(
                     f"a thing is called {name!r}, and every world has something else "
                     "by that name; give it another one. (R0432)"
                 )
-            self.settle(name, OBJECT)
+            self.settle(name, schema)
+        runtime(self).rules = (level,)
+        self._reported: set[tuple[str, str]] = set()
         still = {thing.name for thing in self.scene.things if not thing.mass}
         names = enumerate(self.scene.names)
         self._moving = [(i, name) for i, name in names if name not in still]
@@ -171,7 +99,7 @@ class World(Agent):
 
     def schemas(self) -> dict[str, Schema]:
         """Return a schema for everything that has a name."""
-        return dict.fromkeys(self.scene.names, OBJECT)
+        return {name: self.__dict__[name].schema for name in self._own}
 
     def published(self) -> dict[str, Schema]:
         return self.schemas()
@@ -185,13 +113,14 @@ class World(Agent):
         for other in others:
             _check_alike(self.key, first, other)
         scene = self.scene
-        if scene == Scene():  # it has no settings
+        if replace(scene, ghosts=()) == Scene():  # it has no settings
             arena: Arena = getattr(first, "arena", Arena)()
-            scene = Scene(tuple(arena.walls()), radius=arena.radius)
+            scene = replace(scene, walls=tuple(arena.walls()), radius=arena.radius)
         self._shared = type(first).share(robots, scene)
         self._robots = robots
         for robot in robots:
             robot.shared = robot._world = self._shared
+        self._shared.before = self._follow if scene.ghosts else None
 
     @verb
     def reset(self) -> None:
@@ -208,6 +137,51 @@ class World(Agent):
         if self._shared is not None:
             for number, name in self._moving:
                 self._tell(name, *self._shared.thing(number))
+            for number, ghost in enumerate(self.scene.ghosts):
+                seen = self._shared.look(number)
+                self.__dict__[f"{ghost.name}_sensors"].update(seen)
+
+    def _follow(self, tick: Tick) -> None:
+        """Put each ghost to its newest pose, before the robots step."""
+        run, dt = runtime(self), runtime(self._robots[0]).dt
+        assert self._shared is not None
+        for number, ghost in enumerate(self.scene.ghosts):
+            said = self.options["ghosts"][number]
+            port = f"{GHOSTS}/{ghost.name}"
+            pose, age = ghost.pose, 0.0
+            if known := run.source_ticks.get(port, 0):  # 0: nothing was written yet
+                new = self.__dict__[port]
+                age = tick.t - time_of(known, dt) + new.get("age", 0.0)
+                if age > said["max_age"] + SAME:
+                    self._report(ghost.name, "", tick)
+                elif new.get("there", True):
+                    self._reported.discard((ghost.name, ""))
+                    pose = new["x"], new["y"], _wrapped(new["heading"])
+            for robot in self._shared.follow(number, pose):
+                self._report(ghost.name, robot, tick)
+            value = {"there": pose is not None, "age": age}
+            if pose is not None:
+                at = zip(("x", "y", "heading"), pose, strict=True)
+                value |= {f"pose/{path}": number for path, number in at}
+                value["pose/z"] = ghost.body.height
+            self.__dict__[ghost.name].update(value)
+
+    def _report(self, ghost: str, robot: str, tick: Tick) -> None:
+        """Warn once that a ghost is inside a robot; without one, that it stays."""
+        if (ghost, robot) in self._reported:
+            return
+        self._reported.add((ghost, robot))
+        where = runtime(self).sources.get(f"{GHOSTS}/{ghost}", "")
+        text = (
+            f"{self.key}/{ghost} is inside {robot}, at {tick.t:g} s: {where} is where "
+            "that robot stands. They do not touch until they are apart."
+        )
+        if not robot:
+            text = (
+                f"{self.key}/{ghost} stays where it is, at {tick.t:g} s: the pose of "
+                f"{where} is too old (max_age)."
+            )
+        warn("ghost", text, self.key, tick.n)
 
     def _tell(self, name: str, at: Any, rotation: Any) -> None:
         x, y, z = map(float, at)
@@ -221,6 +195,31 @@ class World(Agent):
             "roll": float(atan2(d, e)),
         }
         self.__dict__[name].update({f"pose/{path}": v for path, v in pose.items()})
+
+
+def _ghost(said: DefDict, folder: Path) -> tuple[Ghost, Schema]:
+    """Return a ghost, and the schema of its rays and switches. Raises RemsError."""
+    name = said["name"]
+    made: Any = registry.load(said["definition"], folder)
+    robot: Robot = made(name)
+    robot.prepare()
+    if not isinstance(robot, Embodied):
+        raise SchemaError(
+            f"the ghost {name!r} is a {type(robot).__name__}, which has no body(), so "
+            "nothing can see it; name a definition with one, such as "
+            'definition = "woodbot". (R0223)'
+        )
+    body = built(robot.body())
+    sensors = robot.__dict__.get("sensors")
+    own = Schema("sensors", {}) if sensors is None else sensors.schema
+    rays = [one.name for one in body.sensors if isinstance(one, Ray | Switch)]
+    seen = [path for path in own.paths if path in rays]
+    return Ghost(name, body), own.slice(*seen)
+
+
+def _wrapped(heading: float) -> float:
+    """Return a heading from -pi to pi rad; one that is there already, to the bit."""
+    return heading if -pi <= heading <= pi else (heading + pi) % (2 * pi) - pi
 
 
 def contents(world: World) -> tuple[Scene, Sequence[Robot]]:

@@ -17,14 +17,15 @@ from rems_net.agents.robot import Driver, Robot, be_safe
 from rems_net.agents.runtime import Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLED
-from rems_net.agents.world import Shared
 from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
 from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.share import Share
+from rems_net.engine.trail import Trail
 from rems_net.engine.visits import Visits
 from rems_net.events import warn
 from rems_net.maths.draws import Draws
+from rems_net.scenes.shared import Shared
 
 Step = Callable[[Tick], object]
 After = Callable[[str, Tick], None]
@@ -88,7 +89,8 @@ class Engine:
             if port.startswith(CALLED):
                 self.inlets.append(Calls(agent, source, self.agents))
             elif "/" in port:
-                self.inlets.append(Share(agent, port, source, self.agents))
+                part = Trail if agent.kind == "world" else Share
+                self.inlets.append(part(agent, port, source, self.agents))
 
     def open(self) -> None:
         """Let every agent acquire its devices and files, in the order of adding."""
@@ -150,8 +152,9 @@ class Engine:
             if kind == "output":
                 groups = [[one] for one in sorted(some, key=_is_recorder)]
             for group in groups:
-                keys = {agent.key for agent in group}
-                ins = [i for i in present if i.agent.key in keys]
+                ins = [i for i in present if PHASES[i.phase] == kind]
+                if kind == "output":
+                    ins = [i for i in ins if i.agent is group[0]]
                 linked = [i for i in ins if i.source is not None]
                 linked.sort(key=lambda i: not isinstance(i, Calls))
                 free = {i.key: i for i in ins if i.source is None}
@@ -222,6 +225,8 @@ class Engine:
         """Do the step of `Robot.step`, for all robots of one world."""
         for robot in robots:
             robot.obey(tick)
+        if world.before is not None:
+            world.before(tick)
         world.advance(tick.dt)
         for robot in robots:
             self.acting = robot.key

@@ -6,7 +6,20 @@ from typing import Any
 
 from rems_net.bodies.arena import WALL_THICKNESS, Arena, Wall
 from rems_net.bodies.parts import Box, Cylinder, Sphere, Vector
-from rems_net.defdict import DefDict
+from rems_net.defdict import (
+    DefDict,
+    Field,
+    Schema,
+    angle,
+    array,
+    boolean,
+    length,
+    mass,
+    number,
+    rule,
+    text,
+    time,
+)
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot, sincos
 from rems_net.reading import DESCRIPTION, read_file
@@ -14,6 +27,122 @@ from rems_net.scenes.scene import Scene, Thing
 
 #: m. Thickness of the board that a ramp is made of.
 BOARD = 0.01
+
+#: position and angles of a thing
+OBJECT = Schema(
+    "world.object",
+    {
+        "pose": {
+            "x": length(doc="of its middle"),
+            "y": length(doc="of its middle"),
+            "z": length(doc="of its middle"),
+            "heading": angle(doc="counter-clockwise from +x, -pi to pi"),
+            "pitch": angle(doc="up from the floor, -pi/2 to pi/2"),
+            "roll": angle(doc="about its own x, -pi to pi"),
+        }
+    },
+)
+#: place of a ghost
+HAUNT = Schema(
+    "world.ghost",
+    {
+        **OBJECT.entries,
+        "there": boolean(doc="not before its first pose"),
+        "age": time(doc="of the pose that it follows"),
+    },
+)
+
+_AT = {
+    "x": length(doc="of its middle"),
+    "y": length(doc="of its middle"),
+    "above": length(doc="of its lowest point above the floor"),
+    "heading": angle(doc="counter-clockwise from +x"),
+    "mass": mass(range=(0, 1e4), doc="at 0 it stays where it is"),
+    "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
+}
+
+
+def _colour(*default: float) -> Field:
+    """Return a colour for cameras; by default each kind of thing has another."""
+    return array(3, default=default, range=(0, 1), doc="red, green, blue")
+
+
+_EDGE = length(default=0.1, range=(1e-4, 1e3))
+_EDGES = array(3, "m", default=(0.1, 0.1, 0.1), range=(1e-4, 1e3))
+BOX = Schema(
+    "world.box",
+    {"name": text(), "size": _EDGES, **_AT, "colour": _colour(0.64, 0.42, 0.20)},
+)
+BALL = Schema(
+    "world.ball",
+    {"name": text(), "radius": _EDGE, **_AT, "colour": _colour(0.88, 0.14, 0.10)},
+)
+CYLINDER = Schema(
+    "world.cylinder",
+    {
+        "name": text(),
+        "radius": _EDGE,
+        "height": _EDGE,
+        **_AT,
+        "colour": _colour(0.14, 0.30, 0.80),
+    },
+)
+RAMP = Schema(
+    "world.ramp",
+    {
+        "name": text(),
+        "length": length(range=(1e-3, 1e3), default=0.5, doc="along the floor"),
+        "width": length(range=(1e-3, 1e3), default=0.3),
+        "height": length(range=(1e-3, 1e3), default=0.05, doc="of its upper end"),
+        "x": length(doc="of the middle of its lower end"),
+        "y": length(doc="of the middle of its lower end"),
+        "heading": angle(doc="uphill, counter-clockwise from +x"),
+        "friction": number(default=0.5, range=(0, 5), doc="Coulomb"),
+        "colour": _colour(0.60, 0.60, 0.60),
+    },
+)
+WALL = Schema(
+    "world.wall",
+    {
+        "start": array(2, "m", doc="on the floor, in its middle"),
+        "end": array(2, "m", doc="on the floor, in its middle"),
+        "height": _EDGE,
+        "thickness": length(range=(1e-4, 1e3), default=0.01),
+    },
+)
+#: s. A ghost whose pose is older stays where it was.
+MAX_AGE = 0.5
+GHOST = Schema(
+    "world.ghost",
+    {
+        "name": text(),
+        "definition": text(max_len=4096, doc='of the robot: "woodbot"'),
+        "follows": text(max_len=256, doc='port with its pose: "robot/real/state"'),
+        "max_age": time(default=MAX_AGE, range=(0, 3600), doc="of a pose to follow"),
+    },
+)
+#: fields that a ghost needs to follow
+POSE = ("x", "y", "heading")
+#: Pose that a ghost follows; the last two are optional.
+FOLLOWED = Schema(
+    "ghost.followed",
+    {
+        "x": length(),
+        "y": length(),
+        "heading": angle(doc="counter-clockwise from +x"),
+        "age": time(doc="of the pose, when it was written"),
+        "there": boolean(default=True, doc="whether there is a pose"),
+    },
+)
+
+
+@rule(
+    needs=OBJECT.slice("pose/x", "pose/y", "pose/heading"),
+    gives=FOLLOWED.slice(*POSE),
+)
+def level(thing: DefDict) -> dict[str, float]:
+    """Return the pose of a thing as that of a robot."""
+    return {path: thing[f"pose/{path}"] for path in POSE}
 
 
 def described(said: DefDict, folder: Path) -> Scene:
@@ -33,7 +162,8 @@ def described(said: DefDict, folder: Path) -> Scene:
                 "in that file, or leave mjcf out. (R0217)"
             )
         bodies = _bodies(Path(mjcf), said["mjcf"])
-    _check_names([*(thing.name for thing in things), *bodies])
+    ghosts = [ghost["name"] for ghost in said["ghosts"]]
+    _check_names([*(thing.name for thing in things), *bodies, *ghosts])
     return Scene(tuple(walls), tuple(things), arena.radius, mjcf, bodies)
 
 

@@ -54,6 +54,18 @@ class Outline:
             _apart(other.corners, self.corners)
         )
 
+    def depth(self, other: Outline) -> float:
+        """Return how far the two overlap, m: the shortest way out; 0 if apart."""
+        if self.low >= other.high or other.low >= self.high:
+            return 0.0
+        return max(
+            0.0,
+            min(
+                _overlap(self.corners, other.corners),
+                _overlap(other.corners, self.corners),
+            ),
+        )
+
 
 def of_body(body: Body) -> Outline:
     """Return the outline of a robot's parts that can touch anything, joints at zero."""
@@ -216,8 +228,21 @@ def _apart(corners: Array, others: Array) -> bool:
     """Return whether an edge of the first outline has all of the second outside."""
     if not len(corners) or not len(others):
         return True
+    nearest, outer = _beside(corners, others)
+    return bool((nearest > outer - TOUCH).any())
+
+
+def _overlap(corners: Array, others: Array) -> float:
+    """Return how far the second outline is inside the first's nearest edge, m."""
+    if not len(corners) or not len(others):
+        return 0.0
+    nearest, outer = _beside(corners, others)
+    return float((outer - nearest).min())
+
+
+def _beside(corners: Array, others: Array) -> tuple[Array, Array]:
+    """Return, across each edge, the second outline's nearest corner, and the edge."""
     edges = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([edges[:, 1], -edges[:, 0]])
     normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True)) + 1e-300
-    outer = (normals * corners).sum(axis=1)
-    return bool(((normals @ others.T).min(axis=1) > outer - TOUCH).any())
+    return (normals @ others.T).min(axis=1), (normals * corners).sum(axis=1)

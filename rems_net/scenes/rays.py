@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
 
-from rems_net.bodies.body import Body
+from rems_net.bodies.body import Body, Ray, Switch
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere, Vector
 from rems_net.bodies.tree import Tree
 from rems_net.maths import sincos
@@ -70,6 +70,34 @@ def stand(pose: Pose, height: float) -> tuple[Array, Array]:
     """Return position and rotation of a robot with this pose, body to world."""
     x, y, heading = pose
     return np.array([x, y, height]), upright(heading)
+
+
+#: Returns the distance to the nearest obstacle, m, from a start in a direction; at
+#: least the reach, if there is none so far.
+Look = Callable[[Array, Array, float], float]
+
+
+def sensed(
+    body: Body, position: Array, turn: Array, look: Look
+) -> dict[str, float | bool]:
+    """Return the values of the rays and switches of a body, by sensor.
+
+    position, turn: its pose, from `stand`
+    """
+
+    def found(at: Vector, direction: Vector, reach: float) -> float:
+        start, way = position + turn @ np.array(at), turn @ np.array(direction)
+        return min(look(start, way, reach), reach)
+
+    seen: dict[str, float | bool] = {}
+    for sensor in body.sensors:
+        if isinstance(sensor, Ray):
+            seen[sensor.name] = found(sensor.at, sensor.direction, sensor.reach)
+        elif isinstance(sensor, Switch):
+            far = (found(*ray, sensor.reach) for ray in sensor.rays)
+            near = any(distance < sensor.reach for distance in [*far])
+            seen[sensor.name] = near != sensor.empty
+    return seen
 
 
 class Boxes:

@@ -1,12 +1,18 @@
 """Scene: a place and the things in it, without robots, for every engine."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rems_net.bodies.arena import Wall
 from rems_net.bodies.parts import Array, Shape, Vector
 from rems_net.maths import sincos
+
+if TYPE_CHECKING:
+    from rems_net.scenes.ghost import Ghost
 
 #: red, green and blue, 0 to 1
 Colour = tuple[float, float, float]
@@ -47,6 +53,7 @@ class Scene:
     radius: of the round wall among them, m; 0 if there is none
     mjcf: path of a MuJoCo model that is the place; "" for none
     bodies: names of that model's bodies with a pose to read, after the things
+    ghosts: bodies that follow a pose
     """
 
     walls: tuple[Wall, ...] = ()
@@ -54,6 +61,7 @@ class Scene:
     radius: float = 0.0
     mjcf: str = ""
     bodies: tuple[str, ...] = ()
+    ghosts: tuple[Ghost, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

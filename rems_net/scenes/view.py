@@ -24,6 +24,8 @@ from rems_net.scenes.scene import Scene
 
 #: digits behind the point: a tenth of a millimetre
 DIGITS = 4
+#: colour of ghosts: red, green and blue, 0 to 1
+GHOST = [0.5, 0.5, 0.75]
 
 
 def of_scene(scene: Scene) -> dict[str, Any]:
@@ -59,8 +61,26 @@ def of_scene(scene: Scene) -> dict[str, Any]:
                 "colour": list(thing.colour),
             }
             for thing in scene.things
-        ],
+        ]
+        + ghosts(scene),
     }
+
+
+def ghosts(scene: Scene) -> list[dict[str, Any]]:
+    """Return the ghosts of a scene, as things that are drawn translucent."""
+    return [
+        {
+            "name": ghost.name,
+            "ghost": True,
+            "outline": _corners(ghost.outline),
+            "solids": [_solid(s.shape, s.at, s.turn) for s in ghost.solids],
+            "at": _numbers((0.0, 0.0, ghost.body.height)),
+            "heading": 0.0,
+            "pitch": 0.0,
+            "colour": GHOST,
+        }
+        for ghost in scene.ghosts
+    ]
 
 
 def of_arena(arena: Arena) -> dict[str, Any]:

@@ -29,7 +29,8 @@ def scene_of(agent: Agent) -> dict[str, Any]:
             from rems_net.scenes.model import of_model
 
             with suppress(Exception):  # the user's file
-                return of_model(scene)
+                drawn = of_model(scene)
+                return {**drawn, "things": drawn["things"] + view.ghosts(scene)}
         return view.of_scene(scene)
     if not isinstance(agent, Robot):
         return {}

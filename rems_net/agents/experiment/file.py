@@ -158,7 +158,7 @@ def _check_tables(tables: Mapping[str, Any]) -> None:
 def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
     folder = experiment.folder
     declared: dict[str, type[Any]] = {"options": World}
-    known: tuple[str, ...] = ("name", "options")
+    known: tuple[str, ...] = ("name", "options", "ghosts")
     needed: dict[str, str] = {}
     if kind == "robot":
         known = ROBOT

@@ -25,6 +25,7 @@ from rems_net.agents.experiment.checking.settings import (
     stated,
 )
 from rems_net.agents.experiment.checking.worlds import (
+    check_ghosts,
     fill_worlds,
     robot_host,
     world_plan,
@@ -115,22 +116,25 @@ class Lineup:
         self._add("process", name, type, options, words)
 
     @taught(ExperimentError, ' Write options={{"{word}": ...}}.')
-    def world(self, name: str, *, options: Options = None) -> None:
+    def world(
+        self, name: str, *, options: Options = None, ghosts: Sequence[Any] = ()
+    ) -> None:
         """Describe a place that robots share, and its walls and things.
 
-        options: radius, or size, of the walls around it; walls, boxes, balls,
-        cylinders, ramps: a list of dicts each (docs/worlds.md); or mjcf: a file with
-        the whole place. The robots added with this `world` are in it.
+        options: walls, things, or a file with the whole place (docs/worlds.md). The
+        robots added with this `world` are in it. ghosts: robots that are elsewhere, a
+        dict each: name, definition, and the port that it follows.
         """
         with origin(f"world {name!r}"):
             check_mapping(options, "options")
+            options = {**(options or {}), **({"ghosts": ghosts} if ghosts else {})}
             known = self.plans.pop(f"world/{name}", None)
             if known is not None and known.options:
                 raise ExperimentError(
                     f"there are two worlds named {name!r}; give one another name."
                     " (R0417)"
                 )
-            self._put(world_plan(name, options or {}, self.folder))
+            self._put(world_plan(name, options, self.folder))
 
     @taught(ExperimentError)
     def output(
@@ -256,6 +260,7 @@ class Lineup:
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
+                check_ghosts(plan, self.plans, entries, agents)
                 called = connect_verbs(agents[key], plan.sources, entries)
             for robot, ports in called.items():
                 sources = self.plans[robot].sources

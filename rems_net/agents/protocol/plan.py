@@ -20,6 +20,7 @@ from rems_net.agents.rules import Rules, check_rules, rule_reference
 from rems_net.agents.runtime import RUNTIME, runtime
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED, plain
+from rems_net.agents.world import GHOSTS
 from rems_net.defdict import DefDict, Schema
 
 #: kinds of the two classes of a robot
@@ -124,7 +125,8 @@ class Plan:
                 slots["initial"] = _given(agent.initial_schema(agent.initial))
         made |= {slot: slots[slot] for slot in SLOTS if slots.get(slot)}
         usual = {} if robot else usual_sources(type(agent))
-        for port, one in sorted(self.sources.items()):
+        sources = {} if self.kind == "world" else self.sources
+        for port, one in sorted(sources.items()):
             first, several, _ = port.partition("/")
             if several:
                 made.setdefault(first, []).append(one)
@@ -172,6 +174,8 @@ class Plan:
             if port in given:
                 sources |= spread(port, given.pop(port))
         slots = {slot: given.pop(slot, {}) for slot in slots_of(kind)}
+        if kind == "world":
+            sources = ghost_sources(slots["options"])
         if given:
             raise wrong(f"a plan of {kind}/{name}", [*given], "no other words")
         return cls(
@@ -280,6 +284,12 @@ def _given(settings: DefDict) -> dict[str, Any]:
 @lru_cache(maxsize=256)
 def _default(schema: Schema) -> dict[str, str]:
     return {word: repr(v) for word, v in plain(schema().to_dict()).items()}
+
+
+def ghost_sources(options: Mapping[str, Any]) -> dict[str, str]:
+    """Return the sources of a world's ghosts, by port. options: of the world."""
+    ghosts = options.get("ghosts", ())
+    return {f"{GHOSTS}/{one['name']}": one["follows"] for one in ghosts}
 
 
 def robot_classes(definition: object, driver: object, folder: Path) -> list[type]:

@@ -19,7 +19,7 @@ import { factor, multiples, nice } from "./units.js";
  * @property {number} [radius] of a round wall, m @property {number} [height] of a round wall, or of a robot's origin, m
  * @property {boolean} [flat] whether the view from above shows it well
  * @property {{outline: Point[], solids?: Solid[]}[]} [walls]
- * @property {{name: string, outline: Point[], solids?: Solid[], at: number[], heading: number, pitch?: number, roll?: number, colour: number[]}[]} [things]
+ * @property {{name: string, outline: Point[], solids?: Solid[], at: number[], heading: number, pitch?: number, roll?: number, colour: number[], ghost?: boolean}[]} [things]
  * @property {Point[]} [outline] of a robot, about its origin, m @property {Solid[]} [solids] @property {import("./body.js").Link[]} [links] @property {import("./body.js").Loop[]} [loops]
  * @property {{corners: number[], faces: number[]}[]} [meshes]
  * @property {{name: string, at: number[], direction: number[], reach: number}[]} [rays]
@@ -167,7 +167,7 @@ export class Arena {
       on.stroke();
     }
     for (const thing of things) {
-      fill(on, thing.outline.map((corner) => at(place(corner, thing.pose))), rgb(thing.colour));
+      fill(on, thing.outline.map((corner) => at(place(corner, thing.pose))), rgb(thing.colour), thing.ghost ? 0.35 : 1);
       if (scale > 60) label(on, thing.name, at([thing.pose.x, thing.pose.y]));
     }
     const few = robots.length <= NAMED;
@@ -226,13 +226,14 @@ export class Arena {
 
   told = -1e9;
 
-  /** Things with their poses of now. */
+  /** Things with their poses of now; ghosts if they are there. */
   things() {
-    return Object.entries(this.scenes).flatMap(([world, scene]) => (scene.things ?? []).map((thing) => {
+    return Object.entries(this.scenes).flatMap(([world, scene]) => (scene.things ?? []).flatMap((thing) => {
       const port = this.store.ports.get(`${world}/${thing.name}`);
       const pose = port && poseOf(port, {}, "pose/");
       const { at: [x, y, z], heading, pitch, roll } = thing;
-      return { ...thing, solids: thing.solids ?? [], pose: pose ?? { x, y, z, heading, pitch, roll } };
+      const gone = thing.ghost && !port?.values.get("there");
+      return gone ? [] : [{ ...thing, solids: thing.solids ?? [], pose: pose ?? { x, y, z, heading, pitch, roll } }];
     }));
   }
 

@@ -8,7 +8,7 @@ import { Canvas3 } from "./webgl.js";
 /** @typedef {import("./arena.js").Scene} Scene @typedef {import("./arena.js").Pose} Pose @typedef {import("./arena.js").Solid} Solid */
 /** @typedef {import("./store.js").Port} Port @typedef {import("./body.js").Matrix} Matrix @typedef {import("./webgl.js").Ink} Ink */
 /** @typedef {{port: Port, pose: Pose, scene: Scene}} Robot */
-/** @typedef {{solids: Solid[], colour: number[], pose: Pose}} Thing @typedef {{ray: {at: number[], direction: number[]}, far: number}} Beam */
+/** @typedef {{solids: Solid[], colour: number[], pose: Pose, ghost?: boolean}} Thing @typedef {{ray: {at: number[], direction: number[]}, far: number}} Beam */
 /** @typedef {{robots: Robot[], things: Thing[], walls: {solids?: Solid[]}[], rings: Map<number, number>, ghosts: Set<string>, trails: [number, number][][], rays: (robot: Robot) => Beam[]}} What */
 
 /** Pieces of a round wall, and its thickness, m. */
@@ -66,7 +66,7 @@ export class Deep {
     const wall = ink(colour("--wall"), 0.55);
     for (const one of what.walls) this.solids(one.solids ?? [], posed(), wall);
     for (const [radius, tall] of what.rings) this.ring(radius, tall, wall);
-    for (const { solids, pose, colour } of what.things) this.solids(solids, framed(pose, 0), [...colour, 1]);
+    for (const { solids, pose, colour, ghost } of what.things) this.solids(solids, framed(pose, 0), [...colour, ghost ? 0.35 : 1]);
     what.robots.forEach((robot, i) => {
       const ghost = what.ghosts.has(robot.port.agent);
       const frame = this.robot(robot, ink(series(i), ghost ? 0.3 : 1), what.things);

@@ -72,7 +72,10 @@ def _noted(start: Start) -> dict[str, Any]:
 def _world(table: Table, told: Manifest, folder: Path) -> dict[str, Any]:
     name = str(table.get("name"))
     with suppress(Exception):  # any file can name any settings
-        world = World(name, options=table.get("options"), folder=folder)
+        options = dict(table["options"])
+        ghosts = options.pop("ghosts", ())
+        options["ghosts"] = [one for one in ghosts if one["definition"] in OURS]
+        world = World(name, options=options, folder=folder)
         world.prepare()
         return scene_of(world)
     noted = told.worlds.get(name, {})

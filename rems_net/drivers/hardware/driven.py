@@ -150,6 +150,10 @@ class Driven(Driver):
             "expired": device.watchdog.expired,
         }
 
+    #: the newest reading that was copied, and the tick of that
+    _copied: Any = None
+    _copied_at = 0
+
     # -- called by the host, in its stepping thread ------------------------------
 
     def prepare(self) -> None:
@@ -214,11 +218,18 @@ class Driven(Driver):
             )
 
     def sense(self) -> None:
-        """Copy the newest reading to the ports; before it, the state is `initial`."""
+        """Copy the newest reading to the ports; before it, the state is `initial`.
+
+        The values are as old as the reading.
+        """
         self._look()
         reading = self._device and self._device.reading
         for port, value in reading.values.items() if reading else ():
             setattr(self, port, value)
+        run = runtime(self)
+        if reading is not self._copied:
+            self._copied, self._copied_at = reading, run.tick.n
+        run.source_tick = self._copied_at
 
     def close(self) -> None:
         """Stop the robot and end the device thread, within about CLOSE.

@@ -1,12 +1,13 @@
 """KinematicWorld: kinematic robots that obstacles stop, and that sense obstacles."""
 
-from collections.abc import Sequence
-from math import ceil, inf
+from collections.abc import Callable, Sequence
+from math import ceil
 
 import numpy as np
 
 from rems_net.agents.robot import Robot
-from rems_net.bodies.body import Body, Box, Embodied, Ray, Switch
+from rems_net.agents.tick import Tick
+from rems_net.bodies.body import Body, Box, Embodied
 from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Array
 from rems_net.defdict import DefDict
@@ -15,7 +16,14 @@ from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
 from rems_net.scenes import outline, rays
-from rems_net.scenes.outline import Outline, Pose, check_free, check_places
+from rems_net.scenes.outline import (
+    TOUCH,
+    Outline,
+    Pose,
+    check_free,
+    check_places,
+)
+from rems_net.scenes.rays import Look, Solid
 from rems_net.scenes.scene import Scene
 
 #: halvings of the way to an obstacle: to a millionth of a step
@@ -28,8 +36,11 @@ class KinematicWorld:
 
     The robots move one after the other, in the order of their names. A robot that has
     met something stands there until it drives or turns away. Rays and switches of the
-    body sense walls, things and other robots, and override `measure`.
+    body sense walls, things and other robots, and override `measure`. A robot inside
+    of which a ghost stands can only drive out of it.
     """
+
+    before: Callable[[Tick], None] | None = None
 
     def __init__(self, robots: Sequence[Model], scene: Scene):
         self.robots, self.scene = robots, scene
@@ -60,65 +71,62 @@ class KinematicWorld:
         """Return the last free pose on the straight way from one pose to another."""
         mine = self._outlines[number]
         there = [*self._place, *self._but(number)]
+        start = mine.at(before)
+        ghosts = [one.here() for one in self.scene.ghosts if one.pose is not None]
+        least = [(one, max(TOUCH, start.depth(one))) for one in ghosts]
+
+        def meets(share: float) -> bool:
+            here = mine.at(_between(before, after, share))
+            deeper = any(here.depth(one) > depth for one, depth in least)
+            return deeper or bool(outline.met(here, there))
+
         way = float(hypot(after[0] - before[0], after[1] - before[1]))
         way += abs(after[2] - before[2]) * mine.reach
         looks = max(1, ceil(2 * way / max(mine.reach, 1e-6)))
         free = 0.0
         for look in range(1, looks + 1):
             share = look / looks
-            if outline.met(mine.at(_between(before, after, share)), there):
-                return _between(
-                    before,
-                    after,
-                    self._nearest(mine, there, before, after, free, share),
-                )
+            if meets(share):
+                return _between(before, after, _nearest(meets, free, share))
             free = share
         return after
-
-    @staticmethod
-    def _nearest(
-        mine: Outline,
-        there: Sequence[tuple[str, Outline]],
-        before: Pose,
-        after: Pose,
-        free: float,
-        met: float,
-    ) -> float:
-        for _ in range(HALVINGS):
-            middle = (free + met) / 2
-            if outline.met(mine.at(_between(before, after, middle)), there):
-                met = middle
-            else:
-                free = middle
-        return free
 
     def see(self, robot: Model) -> dict[str, float | bool]:
         """Return the values of the rays and switches of a robot's body, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
-        position, turn = rays.stand(_pose(robot), body.height)
+        solids = self._around(number)
+        solids += [solid for one in self.scene.ghosts for solid in one.stands()]
+        place = rays.stand(_pose(robot), body.height)
+        return rays.sensed(body, *place, self._look(solids))
+
+    def follow(self, number: int, pose: Pose | None) -> list[str]:
+        """Put a ghost to a pose; return the keys of robots that it is inside of."""
+        return self.scene.ghosts[number].move(pose, self._but())
+
+    def look(self, number: int) -> dict[str, float | bool]:
+        """Return the values of the rays and switches of a ghost, by sensor."""
+        ghost = self.scene.ghosts[number]
+        solids = self._around()
+        others = (one for one in self.scene.ghosts if one is not ghost)
+        solids += [solid for one in others for solid in one.stands()]
+        return ghost.sensed(self._look(solids))
+
+    def _around(self, *numbers: int) -> list[Solid]:
+        """Return things that are no boxes, and the solids of robots except these."""
         solids = [*self._others]
         for other, one in enumerate(self.robots):
-            if other != number:
+            if other not in numbers:
                 place = rays.stand(_pose(one), self._bodies[other].height)
                 solids += [solid.moved(*place) for solid in self._solids[other]]
+        return solids
 
-        def look(at: Sequence[float], direction: Sequence[float]) -> float:
-            start, ahead = position + turn @ np.array(at), turn @ np.array(direction)
-            return min(
-                self._boxes.distance(start, ahead),
-                rays.distance(start, ahead, solids),
-            )
+    def _look(self, solids: Sequence[Solid]) -> Look:
+        def look(start: Array, ahead: Array, reach: float) -> float:
+            still = self._boxes.distance(start, ahead)
+            return min(still, rays.distance(start, ahead, solids))
 
-        seen: dict[str, float | bool] = {}
-        for sensor in body.sensors:
-            if isinstance(sensor, Ray):
-                found = look(sensor.at, sensor.direction)
-                seen[sensor.name] = min(found, sensor.reach)
-            elif isinstance(sensor, Switch):
-                nearest = min((look(*ray) for ray in sensor.rays), default=inf)
-                seen[sensor.name] = (nearest < sensor.reach) != sensor.empty
-        return seen
+        return look
 
     def _but(self, *numbers: int) -> list[tuple[str, Outline]]:
         """Return keys and outlines of all robots except these."""
@@ -186,3 +194,14 @@ def _between(before: Pose, after: Pose, share: float) -> Pose:
         return after
     x, y, heading = (a + share * (b - a) for a, b in zip(before, after, strict=True))
     return x, y, heading
+
+
+def _nearest(meets: Callable[[float], bool], free: float, met: float) -> float:
+    """Return the share of the way up to the obstacle between two shares."""
+    for _ in range(HALVINGS):
+        middle = (free + met) / 2
+        if meets(middle):
+            met = middle
+        else:
+            free = middle
+    return free

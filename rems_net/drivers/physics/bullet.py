@@ -20,6 +20,34 @@ NOTHING = -1
 Call = Callable[..., Any]
 
 
+def cast(
+    call: Call,
+    own: Sequence[int],
+    met: int,
+    start: Array,
+    direction: Array,
+    reach: float,
+) -> float:
+    """Return a ray's distance to the nearest body but its own, m, at most `reach`.
+
+    met: the groups of bodies that it meets
+    """
+    ray = [start.tolist()], [(start + reach * direction).tolist()]
+    (hit,) = call("rayTestBatch", *ray, collisionFilterMask=met)
+    if hit[0] not in own:
+        return float(hit[2]) * reach
+    # The ray begins inside its robot: search all hits, which come in no order.
+    nearest, number = 1.0, 0
+    while hit[0] != NOTHING:
+        (hit,) = call(
+            "rayTestBatch", *ray, collisionFilterMask=met, reportHitNumber=number
+        )
+        number += 1
+        if hit[0] not in own:
+            nearest = min(nearest, float(hit[2]))
+    return nearest * reach
+
+
 class Instance:
     """One robot's body; `call` calls Bullet's functions in the body's world."""
 
@@ -95,23 +123,15 @@ class Instance:
 
     def ray(self, start: Array, direction: Array, reach: float) -> float:
         """Return the distance to the nearest thing but itself, m, at most `reach`."""
-        ray = [start.tolist()], [(start + reach * direction).tolist()]
-        (hit,) = self._call("rayTestBatch", *ray, collisionFilterMask=self._met)
-        if hit[0] != self._robot:
-            return float(hit[2]) * reach
-        # The ray begins inside its robot: search all hits, which come in no order.
-        nearest, number = 1.0, 0
-        while hit[0] != NOTHING:
-            (hit,) = self._call(
-                "rayTestBatch",
-                *ray,
-                collisionFilterMask=self._met,
-                reportHitNumber=number,
-            )
-            number += 1
-            if hit[0] != self._robot:
-                nearest = min(nearest, float(hit[2]))
-        return nearest * reach
+        return cast(self._call, [self._robot], self._met, start, direction, reach)
+
+    def let_touch(self, bodies: Sequence[int], *, touch: bool) -> None:
+        """Set whether other bodies can touch this one."""
+        for number in range(BASE, self._call("getNumJoints", self._robot)):
+            for body in bodies:
+                # Another group would count only for bodies that are not near yet.
+                pair = self._robot, body, number, BASE, int(touch)
+                self._call("setCollisionFilterPair", *pair)
 
     def keep(self) -> None:
         self._kept = [

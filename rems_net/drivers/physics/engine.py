@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 
 from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
+from rems_net.scenes.ghost import Ghost
 
 #: picture of a camera: (height, width, 3), red, green and blue
 Picture = NDArray[np.uint8]
 
 #: m. Distance between bodies as they are built; then they are put to their poses.
 APART = 100.0
+#: m. Where a ghost is that is not there.
+AWAY = (0.0, 0.0, -1000.0)
 #: Rolling friction of a ball, as a share of its radius, so that it comes to a stop.
 ROLLING = 0.01
 
@@ -96,6 +99,12 @@ class Engine(Protocol):
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Return the pose of one of the scene's things, in their order."""
+
+    def haunt(self, number: int, ghost: Ghost) -> None:
+        """Put one of the scene's ghosts, in their order, where it is now."""
+
+    def look(self, number: int, start: Array, way: Array, reach: float) -> float:
+        """Return a ray's distance to the nearest thing but this ghost, m."""
 
     def close(self) -> None:
         """Release the engine's memory."""

@@ -11,6 +11,8 @@ import numpy as np
 from rems_net.bodies.body import Array, Body
 from rems_net.bodies.files.mjcf import check
 from rems_net.bodies.sensors import Camera
+from rems_net.drivers.physics.engine import AWAY
+from rems_net.drivers.physics.mjcf import WORLD
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
@@ -18,6 +20,7 @@ from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.libraries import load
 from rems_net.maths import cos, sin
+from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene
 
 #: Group for the geoms of a robot while it sends a ray, which must not meet them.
@@ -40,7 +43,10 @@ class Mujoco(Physics):
         model = compiled(mujoco, bodies, scene)
         before = ROBOTS if scene.mjcf else ""
         prefixes = [f"{before}{number}/" for number in range(len(bodies))]
-        return _Engine(mujoco, model, prefixes, names(scene), [*cameras(bodies)])
+        ghosts = [f"{before}ghost/{number}" for number in range(len(scene.ghosts))]
+        return _Engine(
+            mujoco, model, prefixes, names(scene), [*cameras(bodies)], ghosts
+        )
 
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw cameras' pictures here."""
@@ -71,6 +77,7 @@ class _Engine:
         prefixes: Sequence[str],
         names: Sequence[str],
         cameras: Sequence[Camera],
+        ghosts: Sequence[str],
     ):
         self._mujoco, self._model = mujoco, model
         # Otherwise MuJoCo writes to the terminal, and to a file in the user's folder.
@@ -82,6 +89,7 @@ class _Engine:
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
         self._named = [model.body(name).id for name in names]
+        self._ghosts = [model.body(name).id for name in ghosts]
         self._painter = Painter(mujoco, model, self._data, cameras)
         self.instances = [
             _Instance(mujoco, model, self._data, prefix, self._painter)
@@ -172,6 +180,24 @@ class _Engine:
     def thing(self, number: int) -> tuple[Array, Array]:
         body, data = self._named[number], self._data
         return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
+
+    def haunt(self, number: int, ghost: Ghost) -> None:
+        model, data, body = self._model, self._data, self._ghosts[number]
+        here, mocap = ghost.pose is not None, model.body_mocapid[body]
+        data.mocap_pos[mocap] = ghost.place[0] if here else AWAY
+        half = ghost.heading / 2
+        data.mocap_quat[mocap] = cos(half), 0.0, 0.0, sin(half)
+        geoms = model.geom_bodyid == body
+        model.geom_group[geoms] = WORLD if here else UNSEEN
+        model.geom_contype[geoms] = 2 if ghost.touches else 0
+        model.geom_conaffinity[geoms] = 1 if ghost.touches else 0
+        self._mujoco.mj_kinematics(model, data)
+
+    def look(self, number: int, start: Array, way: Array, reach: float) -> float:
+        hit = np.zeros(1, np.int32)
+        ray = start, way, self._seen, 1, self._ghosts[number], hit
+        distance: float = self._mujoco.mj_ray(self._model, self._data, *ray)
+        return reach if distance < 0 else distance
 
     def close(self) -> None:
         self.instances.clear()

@@ -1,6 +1,6 @@
 """Multibody: a body for Bullet, with a link for each part."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import sqrt
 from typing import Any
@@ -128,23 +128,43 @@ def add_shape(bullet: Any, call: Callable[..., Any], part: Part) -> int:
     return _shape(bullet, call, _Link(part))
 
 
+def add_shapes(bullet: Any, call: Callable[..., Any], parts: Sequence[Part]) -> int:
+    """Return Bullet's number for one shape of several parts, at most 16."""
+    abouts = [_about(bullet, part) for part in parts]
+    return int(
+        call(
+            "createCollisionShapeArray",
+            [kind for kind, _ in abouts],
+            halfExtents=[about.get("halfExtents", ZERO) for _, about in abouts],
+            radii=[about.get("radius", 0.0) for _, about in abouts],
+            lengths=[about.get("height", 0.0) for _, about in abouts],
+            collisionFramePositions=[part.at for part in parts],
+            collisionFrameOrientations=[_turn(part) for part in parts],
+        )
+    )
+
+
+def _about(bullet: Any, part: Part) -> tuple[int, dict[str, Any]]:
+    """Return the kind and the sizes of a part's shape, as Bullet names them."""
+    match part.shape:
+        case Box(size):
+            return bullet.GEOM_BOX, {"halfExtents": [edge / 2 for edge in size]}
+        case Sphere(radius):
+            return bullet.GEOM_SPHERE, {"radius": radius}
+        case Cylinder(radius, length, _):
+            return bullet.GEOM_CYLINDER, {"radius": radius, "height": length}
+
+
 def _shape(bullet: Any, call: Callable[..., Any], link: _Link) -> int:
     """Return Bullet's number for the part's shape, at its place on the link."""
     part = link.part
     if part.friction is None:
         return -1
-    about: dict[str, Any]
-    match part.shape:
-        case Box(size):
-            about = {"halfExtents": [edge / 2 for edge in size]}
-            kind = bullet.GEOM_BOX
-        case Sphere(radius):
-            kind, about = bullet.GEOM_SPHERE, {"radius": radius}
-        case Cylinder(radius, length, _):
-            kind, about = bullet.GEOM_CYLINDER, {"radius": radius, "height": length}
-            if isinstance(link.joint, Hinge) and link.joint.rollers is not None:
-                # A ball touches the floor in one point, in the middle of the rim.
-                kind, about = bullet.GEOM_SPHERE, {"radius": radius}
+    kind, about = _about(bullet, part)
+    rolls = isinstance(link.joint, Hinge) and link.joint.rollers is not None
+    if isinstance(part.shape, Cylinder) and rolls:
+        # A ball touches the floor in one point, in the middle of the rim.
+        kind, about = bullet.GEOM_SPHERE, {"radius": part.shape.radius}
     shape = call(
         "createCollisionShape",
         kind,

@@ -12,15 +12,16 @@ import numpy as np
 
 from rems_net.bodies.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.bodies.tree import Tree
-from rems_net.drivers.physics.bullet import Instance
-from rems_net.drivers.physics.engine import APART, ROLLING
+from rems_net.drivers.physics.bullet import Instance, cast
+from rems_net.drivers.physics.engine import APART, AWAY, ROLLING
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
-from rems_net.drivers.physics.multibody import add_shape
+from rems_net.drivers.physics.multibody import add_shape, add_shapes
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.bullet import floor, lay_tiles, paint
-from rems_net.drivers.physics.pictures.looks import WALL, cameras, hull
+from rems_net.drivers.physics.pictures.looks import SHADE, WALL, cameras, hull
 from rems_net.libraries import load
 from rems_net.maths import cos, sin
+from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene, Thing
 
 #: boxes that Bullet accepts for one body, at most
@@ -28,6 +29,8 @@ BOXES = 16
 #: m. Floor and walls give way by this under the robot's weight, without a bounce. On
 #: rigid ones, Bullet lets a robot at rest creep by some micrometres a second.
 GIVE = 1e-4
+#: m. The same for ghosts: one that moves into a robot pushes it away in some 10 ms.
+SOFT = 1e-3
 #: Bullet's number for a visible shape that is the same as the collision shape
 AS_IT_IS = -1
 
@@ -88,6 +91,11 @@ class _Engine:
             for number, body in enumerate(bodies)
         ]
         self._things = [self._add_thing(thing) for thing in scene.things]
+        self._ghosts = [self._add_ghost(ghost, heaviest) for ghost in scene.ghosts]
+        #: whether robots can touch each ghost
+        self._touching = [True] * len(self._ghosts)
+        for number, ghost in enumerate(scene.ghosts):
+            self.haunt(number, ghost)
         if self._seen:
             for number, body in enumerate(bodies):
                 self.instances[number].paint(body, hull(number))
@@ -149,6 +157,22 @@ class _Engine:
         rotation = np.array(self.bullet.getMatrixFromQuaternion(turn))
         return np.array(at), rotation.reshape(3, 3)
 
+    def haunt(self, number: int, ghost: Ghost) -> None:
+        bodies = self._ghosts[number]
+        if self._touching[number] != ghost.touches:
+            self._touching[number] = ghost.touches
+            for instance in self.instances:
+                instance.let_touch(bodies, touch=ghost.touches)
+        at, half = ghost.place[0].tolist(), ghost.heading / 2
+        turn = (0.0, 0.0, sin(half), cos(half))
+        for body in bodies:
+            at = AWAY if ghost.pose is None else at
+            self.call("resetBasePositionAndOrientation", body, at, turn)
+
+    def look(self, number: int, start: Array, way: Array, reach: float) -> float:
+        own = self._ghosts[number]
+        return cast(self.call, own, WORLD | ROBOT, start, way, reach)
+
     def close(self) -> None:
         self.bullet.disconnect(self._client)
 
@@ -176,20 +200,38 @@ class _Engine:
             if self._seen:
                 paint(self.call, wall, WALL)
 
-    def _add_fixed(self, shape: int, mass: float, looks: int = AS_IT_IS) -> int:
+    def _add_fixed(
+        self,
+        shape: int,
+        mass: float,
+        looks: int = AS_IT_IS,
+        give: float = GIVE,
+        friction: float = 1.0,
+    ) -> int:
         fixed: int = self.call("createMultiBody", 0, shape, looks)
-        stiffness = mass * -GRAVITY / GIVE
+        stiffness = mass * -GRAVITY / give
         self.call(
             "changeDynamics",
             fixed,
             BASE,
             # Bullet multiplies two frictions: with 1 here, the robot's part decides.
-            lateralFriction=1.0,
+            lateralFriction=friction,
             contactStiffness=stiffness,
             contactDamping=2 * sqrt(stiffness * mass),
         )
         self.call("setCollisionFilterGroupMask", fixed, BASE, WORLD, WORLD | ROBOT)
         return fixed
+
+    def _add_ghost(self, ghost: Ghost, mass: float) -> list[int]:
+        """Return the bodies of a ghost, which is not there yet."""
+        made, solids = list[int](), ghost.solids
+        for some in (solids[i : i + BOXES] for i in range(0, len(solids), BOXES)):
+            parts = [Part(one.shape, 1.0, tuple(one.at.tolist())) for one in some]
+            shape = add_shapes(self.bullet, self.call, parts)
+            made.append(self._add_fixed(shape, mass, give=SOFT, friction=0.0))
+            if self._seen:
+                paint(self.call, made[-1], SHADE)
+        return made
 
     def _add_thing(self, thing: Thing) -> int:
         about = self.bullet.getQuaternionFromEuler((0, -thing.pitch, thing.heading))

@@ -9,7 +9,7 @@ import numpy as np
 
 from rems_net.bodies.body import GRAVITY, Body, Part, Sphere
 from rems_net.bodies.files.mjcf import refused
-from rems_net.drivers.physics.engine import APART, ROLLING
+from rems_net.drivers.physics.engine import APART, AWAY, ROLLING
 from rems_net.drivers.physics.files.attach import agree, attach
 from rems_net.drivers.physics.mjcf import (
     FLOOR,
@@ -22,10 +22,16 @@ from rems_net.drivers.physics.mjcf import (
     text,
 )
 from rems_net.drivers.physics.pictures.dress import dress
+from rems_net.drivers.physics.pictures.looks import SHADE
+from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene, Thing
 
 #: prefix of robots' names in a scene from the user's own file
 ROBOTS = "robots/"
+#: A ghost that moves into a robot pushes it away in some 10 ms: in less it would throw.
+SOFT = {"solref": "0.01 1", "solimp": "0.99 0.99 0.001"}
+#: opacity of ghosts in pictures
+THIN = 0.4
 
 
 def compiled(mujoco: Any, bodies: Sequence[Body], scene: Scene) -> Any:
@@ -98,6 +104,8 @@ def mjcf(bodies: Sequence[Body], scene: Scene) -> str:
         # Parts of one robot never touch each other, but other robots and things.
         if _meet(bodies, scene):
             _let_touch(root, base)
+    for number, ghost in enumerate(scene.ghosts):
+        _add_ghost(world, ghost, f"ghost/{number}")
     dress(root, bodies, scene)
     return tostring(root, encoding="unicode")
 
@@ -150,6 +158,19 @@ def _add_scene(world: Element, scene: Scene) -> None:
         )
     for number, thing in enumerate(scene.things):
         _add_thing(world, thing, f"thing/{number}")
+
+
+def _add_ghost(world: Element, ghost: Ghost, name: str) -> None:
+    """Add a body that no force moves, below the floor: it is not there yet."""
+    body = SubElement(world, "body", name=name, mocap="true", pos=text(AWAY))
+    for solid in ghost.solids:
+        part = Part(solid.shape, 1.0, tuple(solid.at.tolist()))
+        geom = SubElement(body, "geom", shape(part), rgba=text([*SHADE, THIN]))
+        # As the floor: it touches robots and things. Without friction, also if theirs
+        # is larger: no wheel climbs up on it.
+        geom.attrib |= {"contype": "2", "conaffinity": "1", "friction": "0 0 0"}
+        geom.set("priority", "2")
+        geom.attrib |= {"group": str(WORLD), "mass": "0", **SOFT}
 
 
 def _add_thing(world: Element, thing: Thing, name: str) -> None:

@@ -1,16 +1,18 @@
 """PhysicsWorld: one world of an engine, with all robots in it."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from math import ceil
 
 from rems_net.agents.robot import Robot
+from rems_net.agents.tick import Tick
 from rems_net.bodies.body import Body
 from rems_net.bodies.parts import Array
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
-from rems_net.scenes.outline import check_free
+from rems_net.scenes.outline import Pose, check_free
 from rems_net.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
@@ -27,6 +29,7 @@ class PhysicsWorld:
 
     #: the robots' present poses and speeds
     _now: Moment
+    before: Callable[[Tick], None] | None = None
 
     def __init__(
         self, build: Build, members: Sequence[Member], scene: Scene, step: float
@@ -58,6 +61,7 @@ class PhysicsWorld:
         # Undo the small motion of coming to rest: t = 0 is the initial pose.
         self._put(engine, members)
         engine.keep()
+        self._haunt(engine)
         self._starts = [member.start() for member in members]
         self._look(members)
 
@@ -135,11 +139,30 @@ class PhysicsWorld:
             return
         else:
             engine.restore()
+            self._haunt(engine)
         self._look(back)
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Return the pose of a thing: position (3,), m, and rotation (3, 3)."""
         return self._running().thing(number)
+
+    def follow(self, number: int, pose: Pose | None) -> list[str]:
+        """Put a ghost to a pose; return the keys of robots that it is inside of."""
+        ghost = self.scene.ghosts[number]
+        if pose is None and ghost.pose is None:
+            return []
+        robots = ((m.robot.key, m.outline.at(m.where())) for m in self.members)
+        inside = ghost.move(pose, robots)
+        self._running().haunt(number, ghost)
+        return inside
+
+    def look(self, number: int) -> dict[str, float | bool]:
+        """Return the values of the rays and switches of a ghost, by sensor."""
+        return self.scene.ghosts[number].sensed(partial(self._running().look, number))
+
+    def _haunt(self, engine: Engine) -> None:
+        for number, ghost in enumerate(self.scene.ghosts):
+            engine.haunt(number, ghost)
 
     def close(self) -> None:
         """Close the engine's world."""

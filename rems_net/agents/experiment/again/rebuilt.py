@@ -9,7 +9,7 @@ from rems_net.agents import parts, registry
 from rems_net.agents.about.outside import HOLD, PUT, Outside
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
-from rems_net.agents.experiment.again.replayed import nested, played
+from rems_net.agents.experiment.again.replayed import haunt, nested, played
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan, class_names, each
 from rems_net.agents.robot import Robot
@@ -104,6 +104,7 @@ class Rebuilt:
             if (plan := played(one, self.file)) is not None:
                 self.lab.plans[one.key] = plan
         self.call()
+        haunt(self.lab.plans, self.played, self.file)
 
     def call(self) -> None:
         """Let robots act upon the calls of processes that play their recording."""
@@ -260,6 +261,7 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
                 continue
         lab.plans[plan.key] = plan
     made.call()
+    haunt(lab.plans, made.played, file)
     made.repeat()
     return made
 
@@ -271,6 +273,9 @@ def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:
     """
     try:
         key, names = f"{kind}/{table['name']}", class_names(kind, table)
+        if kind == "world":
+            ghosts = table.get("options", {}).get("ghosts", ())
+            names += [one["definition"] for one in ghosts]
         if kind == "output" and names != [registry.BUILT_IN["output"]["mcap"]]:
             return None
         for name in names:

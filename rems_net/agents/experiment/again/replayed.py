@@ -1,11 +1,12 @@
 """Replayed: an experiment whose agents publish the values of a recording."""
 
+from collections.abc import Container
 from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.protocol.plan import Plan, Table, class_names
+from rems_net.agents.protocol.plan import Plan, Table, class_names, ghost_sources
 from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap.columns import agents_of
 from rems_net.recordings.mcap.reader import McapFile
@@ -49,6 +50,32 @@ def played(plan: Plan, file: McapFile) -> Plan | None:
         since=plan.since,
         folder=plan.folder,
     )
+
+
+def haunt(plans: dict[str, Plan], away: Container[str], file: McapFile) -> None:
+    """Let ghosts take their own recorded poses, if they follow agents that are played.
+
+    An agent that lives in wall time is recorded when its values come, which may be
+    another tick than the one in which the world read them. away: keys of these agents.
+    """
+    for world in [plan for plan in plans.values() if plan.kind == "world"]:
+        ghosts, ports = [*world.options.get("ghosts", ())], []
+        for number, ghost in enumerate(ghosts):
+            writer = "/".join(ghost["follows"].split("/")[:2])
+            if writer in away and f"{world.key}/{ghost['name']}" in file.schemas:
+                ports.append(ghost["name"])
+                follows = f"input/{world.name}.ghosts/{ghost['name']}"
+                ghosts[number] = {**ghost, "follows": follows}
+        if ports:
+            cls = registry.load(f"{REPLAY}:{'__'.join(['input', *ports])}", Path())
+            options = {"file": file.path.resolve().as_posix(), "agent": world.key}
+            name = f"{world.name}.ghosts"
+            plan = Plan(
+                "input", name, [cls], options=options, host=name, folder=world.folder
+            )
+            plans[plan.key] = plan
+            world.options = {**world.options, "ghosts": ghosts}
+            world.sources = ghost_sources(world.options)
 
 
 def replayed(path: Path) -> tuple[Experiment, list[str]]:

@@ -4,13 +4,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rems_net.agents import parts
+from rems_net.agents.about.wiring import Entry, resolve
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, ghost_sources
+from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.world import World, gather
+from rems_net.engine.trail import followed
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
+
+#: what every ghost needs, with an example
+_NEEDED = {"name": "real", "definition": "woodbot", "follows": "robot/real/state"}
 
 
 def robot_host(name: str, host: str | None, world: str | None) -> str:
@@ -28,7 +35,78 @@ def robot_host(name: str, host: str | None, world: str | None) -> str:
 def world_plan(name: str, options: Mapping[str, Any], folder: Path) -> Plan:
     """Return the plan of a world; the world's process is that of its robots."""
     host = f"world/{name}"
-    return Plan("world", name, [World], options=options, host=host, folder=folder)
+    options = dict(options)
+    if "ghosts" in options:
+        options["ghosts"] = _ghosts(options["ghosts"], folder)
+    plan = Plan("world", name, [World], options=options, host=host, folder=folder)
+    plan.sources = ghost_sources(options)
+    return plan
+
+
+def _ghosts(given: Any, folder: Path) -> list[dict[str, Any]]:
+    """Return ghosts by whose definitions any process finds the class."""
+    tables = [given] if isinstance(given, Mapping) else given
+    if not isinstance(tables, list | tuple) or not all(
+        isinstance(table, Mapping) for table in tables
+    ):
+        raise ExperimentError(
+            f"ghosts is {given!r:.60}; expected a table for each: write "
+            '[[world.ghosts]] below the world, or ghosts=[{"name": ...}]. (R0223)'
+        )
+    return [_ghost(dict(table), folder) for table in tables]
+
+
+def _ghost(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    for key, example in _NEEDED.items():
+        if not table.get(key):
+            raise ExperimentError(
+                f"a ghost has no {key}; write such as {key} = {example!r}. A ghost has "
+                "a name, the definition of its robot, and follows a port with a pose."
+                " (R0223)"
+            )
+    cls = parts.find("definition", table["definition"], folder)
+    if not isinstance(table["definition"], str) or ":" not in table["definition"]:
+        table["definition"] = _reference(cls, folder)
+    World.options.schema({"ghosts": [table]})
+    return table
+
+
+def _reference(cls: type, folder: Path) -> str:
+    """Return the name of a class; a file below the folder has the same everywhere."""
+    where, _, name = parts.reference(cls).rpartition(":")
+    here = folder.resolve()
+    if where.endswith(".py") and Path(where).is_relative_to(here):
+        where = Path(where).relative_to(here).as_posix()
+    return f"{where}:{name}"
+
+
+def check_ghosts(
+    world: Plan,
+    plans: Mapping[str, Plan],
+    entries: Mapping[str, Entry],
+    agents: Mapping[str, Agent],
+) -> None:
+    """Raise RemsError for a ghost that follows something without a pose."""
+    for port, source in ghost_sources(world.options).items():
+        name = port.partition("/")[2]
+        reader = f"{world.key}.{name}"
+        found = resolve(source, entries, reader, world.key)
+        if "*" in source:
+            raise ExperimentError(
+                f"the ghost {name!r} follows {source!r}, and a ghost "
+                "follows one port; name it, such as 'robot/real/state'. (R0223)"
+            )
+        (one,) = found
+        writer = plans.get(one.entry.key)
+        if writer is not None and writer.world == world.key:
+            raise ExperimentError(
+                f"the ghost {name!r} follows {one.key}, which is in {world.key} "
+                "itself, and a ghost would stand inside of it; follow a robot that is "
+                "elsewhere. (R0224)"
+            )
+        theirs = agents[one.entry.key].schemas()[one.port]
+        rules = runtime(agents[world.key]).rules
+        connect(theirs, followed(theirs, rules), rules, one.key, reader)
 
 
 def fill_worlds(plans: Mapping[str, Plan], agents: Mapping[str, Agent]) -> None:

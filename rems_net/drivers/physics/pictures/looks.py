@@ -11,6 +11,8 @@ WALL: Colour = (0.52, 0.58, 0.64)
 #: colours of the floor's tiles, in turn, and their edge, m: they meet at the origin
 TILES: tuple[Colour, Colour] = ((0.93, 0.93, 0.90), (0.80, 0.80, 0.77))
 TILE = 0.1
+#: of ghosts, which MuJoCo draws translucent
+SHADE: Colour = (0.50, 0.50, 0.75)
 WHEEL: Colour = (0.13, 0.13, 0.14)
 #: colours of robots, in their order in the world
 HULLS: tuple[Colour, ...] = (
