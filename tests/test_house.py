@@ -84,6 +84,7 @@ ROOMS: dict[str, set[str]] = {
     | {"robots", "drivers", "drivers/kinematic", "drivers/hardware"},
     "inputs": WORDS,
     "outputs": WORDS,
+    "processes": WORDS | {"drivers", "drivers/kinematic", "identification"},
     "client": BASE | {"router", "agents", "agents/protocol", "engine", "teleop"},
     "identification": WORDS | {"drivers", "drivers/kinematic"},
     # Optional; its library is in its own extra.
@@ -129,6 +130,7 @@ TIMELESS = {
     "defdict",
     "inputs",
     "outputs",
+    "processes",
     "bodies",
     "scenes",
 }
