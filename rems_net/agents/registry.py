@@ -31,11 +31,14 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "pictures": "rems_net.outputs.pictures:PicturesOutput",
         "plot": "rems_net.outputs.plot:PlotOutput",
     },
-    "process": {},
+    "process": {
+        "localise": "rems_net.processes.localise:Localise",
+    },
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
         "create2": "rems_net.robots.create2:Create2",
+        "camera": "rems_net.robots.camera:Camera",
         "dynabot": "rems_net.robots.dynabot:Dynabot",
         "epuck": "rems_net.robots.epuck:Epuck",
         "epuck_camera": "rems_net.robots.epuck:EpuckWithCamera",

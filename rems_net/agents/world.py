@@ -1,6 +1,7 @@
 """World: a place that robots share, with its walls and things."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 from rems_net.agents.agent import Agent
@@ -23,6 +24,7 @@ from rems_net.defdict import (
 )
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot
+from rems_net.scenes import marking
 from rems_net.scenes.description import described
 from rems_net.scenes.scene import Scene
 
@@ -141,6 +143,7 @@ class World(Agent):
         cylinders=many(CYLINDER, max_len=1000, doc="upright: radius, height, ..."),
         ramps=many(RAMP, max_len=1000, doc="length, width, height, x, y, ..."),
         mjcf=text(max_len=4096, doc="a file that is the place, for MuJoCo"),
+        markers=many(marking.ON, max_len=100, doc="on a thing, or on the floor"),
     )
     scene: Scene
     #: number and name of each thing that may move
@@ -153,7 +156,8 @@ class World(Agent):
     def prepare(self) -> None:
         """Find the things in it; each has a port of its name."""
         super().prepare()
-        self.scene = described(self.options, self.folder)
+        scene = described(self.options, self.folder)
+        self.scene = marking.in_scene(self.options["markers"], scene)
         taken = {*dir(self)} - self._own
         self._own = frozenset(self.scene.names)
         for name in self.scene.names:
@@ -185,9 +189,10 @@ class World(Agent):
         for other in others:
             _check_alike(self.key, first, other)
         scene = self.scene
-        if scene == Scene():  # it has no settings
+        if replace(scene, markers=()) == Scene():  # it has no settings
             arena: Arena = getattr(first, "arena", Arena)()
-            scene = Scene(tuple(arena.walls()), radius=arena.radius)
+            walls = tuple(arena.walls())
+            scene = replace(scene, walls=walls, radius=arena.radius)
         self._shared = type(first).share(robots, scene)
         self._robots = robots
         for robot in robots:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rems_net.bodies.arena import Wall
+from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array, Shape, Vector
 from rems_net.maths import sincos
 
@@ -47,6 +48,7 @@ class Scene:
     radius: of the round wall among them, m; 0 if there is none
     mjcf: path of a MuJoCo model that is the place; "" for none
     bodies: names of that model's bodies with a pose to read, after the things
+    markers: number of a thing and its marker, in the thing's frame; -1 for the floor
     """
 
     walls: tuple[Wall, ...] = ()
@@ -54,6 +56,7 @@ class Scene:
     radius: float = 0.0
     mjcf: str = ""
     bodies: tuple[str, ...] = ()
+    markers: tuple[tuple[int, Marker], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -156,6 +156,7 @@ class Lineup:
         parameters: Options = None,
         options: Options = None,
         initial: Options = None,
+        marker: Options = None,
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
@@ -169,7 +170,8 @@ class Lineup:
         command: its writer ("input/keys"), or several of which each writes fields of
         its own (["input/base", "process/arm"]); without it, any program may put a
         command at its key. parameters are of the definition, options of the driver;
-        initial is the state it starts in. rules make its command of what is read: each
+        initial is the state it starts in; marker, the one on it, by which cameras find
+        it ({"id": 3, "size": "40 mm"}). rules make its command of what is read: each
         is a function with @rule above it, or its name ("lab.py:arrows_to_wheels").
         Robots of one host share a process; robots of
         one `world` share that, too: they touch and see each other. Every agent can step
@@ -182,6 +184,7 @@ class Lineup:
             check_mapping(parameters, "parameters")
             check_mapping(options, "options")
             check_mapping(initial, "initial")
+            check_mapping(marker, "marker")
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}
@@ -194,6 +197,7 @@ class Lineup:
                 options=options or {},
                 parameters=parameters or {},
                 initial=initial or {},
+                marker=marker or {},
                 sources=sources,
                 folder=self.folder,
                 **common,

@@ -14,6 +14,7 @@ from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
+from rems_net.drivers.physics.pictures.signs import Sign, signs
 from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.libraries import load
@@ -40,7 +41,9 @@ class Mujoco(Physics):
         model = compiled(mujoco, bodies, scene)
         before = ROBOTS if scene.mjcf else ""
         prefixes = [f"{before}{number}/" for number in range(len(bodies))]
-        return _Engine(mujoco, model, prefixes, names(scene), [*cameras(bodies)])
+        seen = [*cameras(bodies)]
+        signed = signs(model, bodies, scene, before) if seen else []
+        return _Engine(mujoco, model, prefixes, names(scene), seen, signed)
 
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw cameras' pictures here."""
@@ -71,6 +74,7 @@ class _Engine:
         prefixes: Sequence[str],
         names: Sequence[str],
         cameras: Sequence[Camera],
+        signs: Sequence[Sign],
     ):
         self._mujoco, self._model = mujoco, model
         # Otherwise MuJoCo writes to the terminal, and to a file in the user's folder.
@@ -82,7 +86,7 @@ class _Engine:
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
         self._named = [model.body(name).id for name in names]
-        self._painter = Painter(mujoco, model, self._data, cameras)
+        self._painter = Painter(mujoco, model, self._data, cameras, signs)
         self.instances = [
             _Instance(mujoco, model, self._data, prefix, self._painter)
             for prefix in prefixes
