@@ -17,7 +17,7 @@ from rems_net.eyes.view import View
 
 #: px. Standard deviation of an edge that is assumed before any was measured, and the
 #: number of measured ones that it counts as.
-FIRST, COUNTS = 0.1, 8.0
+FIRST, COUNTS = 0.1, 1.0
 #: Number of measured deviations that are kept in mind: older ones fade.
 MEMORY = 2000.0
 #: px. A marker whose edges deviate by more is not level, or seen by another lens.

@@ -206,7 +206,7 @@ class Localise(Process):
                 )
                 self._doubt(tick, "lost", number, sentence)
         self._empty = 0 if any_seen else self._empty + 1
-        if self._empty == EMPTY and self._finder is not None:
+        if self._empty == EMPTY and self._finder and not self._latest:
             families = {one.marker.family for one in self._finder.targets.values()}
             told = _MIRROR if families and mirrored(grey, families) else _NOTHING
             self._doubt(tick, "nothing", -1, told)
