@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import radians
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -118,11 +118,14 @@ class Camera(Definition):
         """Return no noise of numbers: blur and grain are of the picture."""
         return {}
 
+    def still(self) -> dict[str, Any]:
+        """Return the sensors that never change, by path: lens and place."""
+        p, lens = self.parameters, self.lens()
+        four = {f"lens/{one}": getattr(lens, one) for one in ("fx", "fy", "cx", "cy")}
+        place = {f"place/{path}": p[f"place/{path}"] for path in PLACE.paths}
+        return {**four, "lens/bends": np.array(lens.bends), **place}
+
     def rewind(self) -> None:
         """Start again; lens and place are in the sensors from the start."""
         super().rewind()
-        p, lens = self.parameters, self.lens()
-        four = {name: getattr(lens, name) for name in ("fx", "fy", "cx", "cy")}
-        place = {f"place/{path}": p[f"place/{path}"] for path in PLACE.paths}
-        self.sensors = {**{f"lens/{k}": v for k, v in four.items()}, **place}
-        self.sensors["lens/bends"] = np.array(lens.bends)
+        self.sensors = self.still()
