@@ -35,7 +35,7 @@ BASE |= {
     "reading",
     "toml",
 }
-WORDS = BASE | {"router", "bodies", "scenes", "recordings", "teleop", "agents"}
+WORDS = BASE | {"router", "bodies", "eyes", "scenes", "recordings", "teleop", "agents"}
 SHIPPED = WORDS - {"recordings"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
@@ -63,6 +63,8 @@ ROOMS: dict[str, set[str]] = {
     # What robots are made of, and the files that describe them; then places.
     "bodies": BASE,
     "scenes": BASE | {"bodies"},
+    # Markers in pictures, and where they lie.
+    "eyes": BASE | {"bodies"},
     "recordings": BASE,
     # What a person's hand does, and how it becomes a command.
     "teleop": BASE,
@@ -159,6 +161,8 @@ OPTIONAL: dict[str, str | tuple[str, ...]] = {
     "serial": "drivers/hardware/holder.py",
     "websockets": ("drivers/hardware/websocket.py", "dashboard/server.py"),
     "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",
+    "apriltag": "eyes/apriltags.py",
+    "cv2": "eyes/opencv.py",
 }
 
 

@@ -16,6 +16,7 @@ from rems_net.bodies.body import Embodied
 from rems_net.defdict import DefDict, Schema, anew, angle, changed, length
 from rems_net.errors import SchemaError
 from rems_net.kinematics.articulated import Articulated
+from rems_net.scenes import marking
 
 if TYPE_CHECKING:
     from rems_net.scenes.scene import Scene
@@ -35,6 +36,7 @@ class Robot(Articulated, Agent):
     """Base of every robot, simulated or real.
 
     command: target values      state: reached values      sensors: measured values
+    marker: its printed marker, if it has one
 
     The safe command is the default values of the command's schema. The robot obeys it
     before the first command arrives, and again if no valid command has come for
@@ -54,6 +56,7 @@ class Robot(Articulated, Agent):
     command = In()
     state = Out()
     sensors = Out()
+    marker = Out()
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -76,11 +79,14 @@ class Robot(Articulated, Agent):
         *,
         parameters: Mapping[str, Any] | None = None,
         initial: Mapping[str, Any] | None = None,
+        marker: Mapping[str, Any] | None = None,
         **rest: Any,
     ):
         super().__init__(name, **rest)
         self._fill("parameters", parameters)
         self.initial = dict(initial or {})
+        #: its marker as it is written; empty for none
+        self.marked = dict(marker or {})
 
     def _parameters(self) -> DefDict:
         return self.parameters
@@ -98,6 +104,9 @@ class Robot(Articulated, Agent):
                     f"`{port} = {'In' if port == 'command' else 'Out'}(Schema(...))`."
                     " (R0509)"
                 )
+        if self.marked:
+            self._marking = marking.of_robot(self, self.marked)
+            self.settle("marker", marking.MARKER)
         #: the schema of `initial`
         self.initial_schema = self._initial_schema()
         self.rewind()
@@ -137,6 +146,8 @@ class Robot(Articulated, Agent):
             else:
                 setattr(self, port, schema())
         self.state = self.begins()
+        if self.marked:
+            self.marker = self._marking
 
     def motor_schema(self) -> Schema:
         """Return the schema of its motors' command. Raises SchemaError if none."""

@@ -20,6 +20,7 @@ from rems_net.defdict import DefDict, Schema, array, length, many, text
 from rems_net.errors import SchemaError
 from rems_net.events import warn
 from rems_net.maths import atan2, hypot
+from rems_net.scenes import marking
 from rems_net.scenes.description import (
     BALL,
     BOX,
@@ -62,6 +63,7 @@ class World(Agent):
         ramps=many(RAMP, max_len=1000, doc="length, width, height, x, y, ..."),
         mjcf=text(max_len=4096, doc="a file that is the place, for MuJoCo"),
         ghosts=many(GHOST, max_len=100, doc="name, definition, follows, max_age"),
+        markers=many(marking.ON, max_len=100, doc="on a thing, or on the floor"),
     )
     scene: Scene
     #: number and name of each thing that may move
@@ -76,8 +78,9 @@ class World(Agent):
         super().prepare()
         scene = described(self.options, self.folder)
         made = [_ghost(said, self.folder) for said in self.options["ghosts"]]
-        self.scene = replace(scene, ghosts=tuple(ghost for ghost, _ in made))
-        ports = dict.fromkeys(scene.names, OBJECT)
+        scene = replace(scene, ghosts=tuple(ghost for ghost, _ in made))
+        self.scene = marking.in_scene(self.options["markers"], scene)
+        ports = dict.fromkeys(self.scene.names, OBJECT)
         for ghost, sensors in made:
             ports |= {ghost.name: HAUNT, f"{ghost.name}_sensors": sensors}
         taken = {*dir(self)} - {*self._own}
@@ -113,9 +116,10 @@ class World(Agent):
         for other in others:
             _check_alike(self.key, first, other)
         scene = self.scene
-        if replace(scene, ghosts=()) == Scene():  # it has no settings
+        if replace(scene, ghosts=(), markers=()) == Scene():  # it has no settings
             arena: Arena = getattr(first, "arena", Arena)()
-            scene = replace(scene, walls=tuple(arena.walls()), radius=arena.radius)
+            walls = tuple(arena.walls())
+            scene = replace(scene, walls=walls, radius=arena.radius)
         self._shared = type(first).share(robots, scene)
         self._robots = robots
         for robot in robots:

@@ -16,6 +16,7 @@ from rems_net.bodies.joints import Joint as Joint
 from rems_net.bodies.joints import Loop as Loop
 from rems_net.bodies.joints import Servo as Servo
 from rems_net.bodies.joints import Slide as Slide
+from rems_net.bodies.marker import Marker as Marker
 from rems_net.bodies.model import Driven as Driven
 from rems_net.bodies.model import Model as Model
 from rems_net.bodies.model import Source as Source
@@ -55,6 +56,7 @@ class Body:
     loops: points at which chains of joints are closed
     source: the file that engines load in place of parts and joints, which stand for
         its content (see `bodies.files`); None for a body that is described here
+    markers: that are drawn on it, for cameras; they touch and weigh nothing
     """
 
     parts: tuple[Part, ...]
@@ -64,6 +66,7 @@ class Body:
     fixed: bool = False
     loops: tuple[Loop, ...] = ()
     source: Source | None = None
+    markers: tuple[Marker, ...] = ()
 
 
 @runtime_checkable

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from rems_net.bodies.lens import Lens
 from rems_net.bodies.parts import Vector, check_length
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot, tan
@@ -103,6 +104,11 @@ class Camera:
 
     width, height: pixels      field_of_view: from left to right, rad
     every: number of the robot's steps from one picture to the next
+    lens: in place of the field of view; None for an ideal one
+    top: unit vector to the picture's top, across `direction`; None for the upright one
+    blur, grain: of the chip, if the driver's option `noise` is on: standard deviations
+        of a point's image, pixels, and of its brightness, of 255
+    stamp: field of the sensors for the tick of the picture; "" for none
     """
 
     name: str
@@ -112,6 +118,11 @@ class Camera:
     height: int
     field_of_view: float
     every: int = 1
+    lens: Lens | None = None
+    top: Vector | None = None
+    blur: float = 0.0
+    grain: float = 0.0
+    stamp: str = ""
 
     def __post_init__(self) -> None:
         check_length(self.direction)
@@ -139,6 +150,8 @@ class Camera:
     @property
     def up(self) -> Vector:
         """The unit vector to the top of the picture."""
+        if self.top is not None:
+            return self.top
         x, y, z = self.direction
         level = float(hypot(x, y))
         if level < 1e-6:
@@ -146,10 +159,13 @@ class Camera:
         return (-z * x / level, -z * y / level, level)
 
     @property
-    def slopes(self) -> tuple[float, float]:
-        """Half width and half height of the picture, at a distance of 1 m, m."""
+    def edges(self) -> tuple[float, float, float, float]:
+        """Slopes of the picture's edges: left, right, bottom and top."""
+        if self.lens is not None:
+            return self.lens.edges()
         right = float(tan(self.field_of_view / 2))
-        return right, right * self.height / self.width
+        top = right * self.height / self.width
+        return -right, right, -top, top
 
 
 Sensor = Ray | Switch | Gyro | Accelerometer | Compass | Encoder | Tachometer | Camera

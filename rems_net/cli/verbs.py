@@ -32,6 +32,7 @@ MORE = {
         "identify": "find a robot's parameters from how it drove",
         "repair": "give a recording its end after a power cut",
     },
+    "cameras": {"markers": "make a page of markers to print"},
     "rems": {
         "explain": "explain the code at the end of an error, such as R0104",
         "docs": "open the pages",

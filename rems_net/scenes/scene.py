@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rems_net.bodies.arena import Wall
+from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array, Shape, Vector
 from rems_net.maths import sincos
 
@@ -54,6 +55,7 @@ class Scene:
     mjcf: path of a MuJoCo model that is the place; "" for none
     bodies: names of that model's bodies with a pose to read, after the things
     ghosts: bodies that follow a pose
+    markers: number of a thing and its marker, in the thing's frame; -1 for the floor
     """
 
     walls: tuple[Wall, ...] = ()
@@ -62,6 +64,7 @@ class Scene:
     mjcf: str = ""
     bodies: tuple[str, ...] = ()
     ghosts: tuple[Ghost, ...] = ()
+    markers: tuple[tuple[int, Marker], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ def _rays(body: Body) -> Iterator[tuple[Array, Array, float]]:
         if isinstance(sense, Ray):
             yield np.array(sense.at), np.array(sense.direction), sense.reach
         elif isinstance(sense, Camera):  # the edges of what it sees
-            ahead, up, (right, top) = sense.direction, sense.up, sense.slopes
+            ahead, up, (_, right, _, top) = sense.direction, sense.up, sense.edges
             for x, y in product((-right, right), (-top, top)):
                 edge = ahead + x * np.cross(ahead, up) + y * np.array(up)
                 yield np.array(sense.at), edge / np.linalg.norm(edge), np.inf

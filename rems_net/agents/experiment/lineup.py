@@ -158,6 +158,7 @@ class Lineup:
         parameters: Options | Path | str = None,
         options: Options = None,
         initial: Options = None,
+        marker: Options = None,
         every: int = 1,
         since: float | str = 0.0,
         host: str | None = None,
@@ -172,7 +173,8 @@ class Lineup:
         its own (["input/base", "process/arm"]); without it, any program may put a
         command at its key. parameters are of the definition, or the name of a file that
         `rems identify --out` has written; options are of the driver;
-        initial is the state it starts in. rules make its command of what is read: each
+        initial is the state it starts in; marker, the one on it, by which cameras find
+        it ({"id": 3, "size": "40 mm"}). rules make its command of what is read: each
         is a function with @rule above it, or its name ("lab.py:arrows_to_wheels").
         Robots of one host share a process; robots of
         one `world` share that, too: they touch and see each other. Every agent can step
@@ -183,8 +185,9 @@ class Lineup:
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
             parameters = stated(parameters, classes[0], self.folder)
-            for word, given in (("options", options), ("initial", initial)):
-                check_mapping(given, word)
+            given = {"options": options, "initial": initial, "marker": marker}
+            for word, value in given.items():
+                check_mapping(value, word)
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}
@@ -197,6 +200,7 @@ class Lineup:
                 options=options or {},
                 parameters=parameters,
                 initial=initial or {},
+                marker=marker or {},
                 sources=sources,
                 folder=self.folder,
                 **common,

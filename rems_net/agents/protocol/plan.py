@@ -26,7 +26,7 @@ from rems_net.defdict import DefDict, Schema
 #: kinds of the two classes of a robot
 ROBOT = ("definition", "driver")
 #: settings that the classes of an agent declare, each in a table of its own
-SLOTS = ("parameters", "options", "initial")
+SLOTS = ("parameters", "options", "initial", "marker")
 #: keys of every agent besides those tables, and their defaults; since: s
 COMMON: dict[str, Any] = {
     **{"every": 1, "since": 0.0, "host": "", "machine": "", "restart": 0},
@@ -51,6 +51,7 @@ class Plan:
     options: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     initial: Mapping[str, Any] = field(default_factory=dict)
+    marker: Mapping[str, Any] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     every: int = 1
     #: rules for the values that its Ins read
@@ -94,6 +95,8 @@ class Plan:
         cls: Callable[..., Agent] = self.classes[0]
         if self.kind == "robot":
             common |= {"parameters": self.parameters, "initial": self.initial}
+            if self.marker:
+                common["marker"] = self.marker
             if len(self.classes) == 2:
                 cls = combine(*self.classes)
         agent = cls(self.name, **common)
@@ -123,6 +126,8 @@ class Plan:
             slots["parameters"] = _given(agent.parameters)
             if agent.initial:
                 slots["initial"] = _given(agent.initial_schema(agent.initial))
+            if agent.marked:
+                slots["marker"] = _given(agent.marker)
         made |= {slot: slots[slot] for slot in SLOTS if slots.get(slot)}
         usual = {} if robot else usual_sources(type(agent))
         sources = {} if self.kind == "world" else self.sources

@@ -67,6 +67,8 @@ class Instance:
         self._from_centre = self._bullet.invertTransform(about[3], about[4])
         self._to_centre = about[3], about[4]
         self._kept: list[Any] = []
+        #: puts all markers of the world where their owners are
+        self.show_signs: Callable[[], None] = lambda: None
         if x and not body.fixed:
             self.move((x, 0.0, 0.0), 0.0)
 
@@ -148,6 +150,7 @@ class Instance:
             self._call("resetJointState", self._robot, *joint)
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
+        self.show_signs()
         return picture(self._bullet, self._call, camera, eye, ahead, up)
 
     def paint(self, body: Body, colour: Colour) -> None:

@@ -6,12 +6,14 @@ from math import pi
 from typing import Any
 
 from rems_net.agents.robot import Robot
-from rems_net.bodies.body import Accelerometer, Body, Encoder, Tachometer
+from rems_net.agents.runtime import runtime
+from rems_net.bodies.body import Accelerometer, Body, Camera, Encoder, Tachometer
 from rems_net.bodies.tree import Tree
 from rems_net.defdict import DefDict
 from rems_net.drivers.acceleration import felt
 from rems_net.drivers.physics.engine import Instance
 from rems_net.drivers.physics.pictures.looks import cameras
+from rems_net.drivers.physics.pictures.optics import Chip
 from rems_net.drivers.physics.reading import Moment, Reader, reader
 from rems_net.errors import AgentError
 from rems_net.maths import atan2
@@ -68,7 +70,9 @@ class Member:
             isinstance(one, Encoder | Tachometer) for one in body.sensors
         )
         self._readers: tuple[tuple[str, Reader], ...] = ()
-        self._cameras: tuple[tuple[str, Reader, int], ...] = ()
+        self._cameras: tuple[tuple[Camera, Reader], ...] = ()
+        #: the cameras' chips by name, if the robot's option asks for noise
+        self._chips: dict[str, Chip] = {}
         #: number of measurements since the last reset
         self._steps = 0
         self._instance: Instance | None = None
@@ -92,9 +96,7 @@ class Member:
         """Take `instance` as the robot's body, and `n` as its number in the world."""
         self._instance, self._now, self._n = instance, now, n
         read = {one.name: reader(one, self.tree, now, n) for one in self.body.sensors}
-        self._cameras = tuple(
-            (one.name, read.pop(one.name), one.every) for one in cameras([self.body])
-        )
+        self._cameras = tuple((one, read.pop(one.name)) for one in cameras([self.body]))
         self._readers = _alike(*read.items())
         self._state = self.robot.state
         self._sensors = self.robot.sensors if self.body.sensors else self._state
@@ -181,6 +183,11 @@ class Member:
         if self.feels:
             self.feel(0.0)
         self._steps = 0
+        if self.robot.options.get("noise"):
+            seed = f"{runtime(self.robot).seed} {self.robot.key}"
+            self._chips = {
+                c.name: Chip(c, f"{seed} {c.name}") for c, _ in self._cameras
+            }
         self._measure()
 
     def follow(self) -> None:
@@ -220,9 +227,13 @@ class Member:
             now.joints[n] = instance.joints()
         for name, read in self._readers:
             sensors[name] = read(now, n)
-        for name, see, every in self._cameras:
-            if self._steps % every == 0:
-                sensors[name] = see(now, n)
+        for camera, see in self._cameras:
+            if self._steps % camera.every == 0:
+                picture: Any = see(now, n)
+                chip = self._chips.get(camera.name)
+                sensors[camera.name] = chip.take(picture) if chip else picture
+                if camera.stamp:
+                    sensors[camera.stamp] = self.robot.tick.n
 
 
 @cache

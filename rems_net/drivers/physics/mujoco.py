@@ -16,6 +16,7 @@ from rems_net.drivers.physics.mjcf import WORLD
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
+from rems_net.drivers.physics.pictures.signs import Sign, signs
 from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.libraries import load
@@ -44,9 +45,9 @@ class Mujoco(Physics):
         before = ROBOTS if scene.mjcf else ""
         prefixes = [f"{before}{number}/" for number in range(len(bodies))]
         ghosts = [f"{before}ghost/{number}" for number in range(len(scene.ghosts))]
-        return _Engine(
-            mujoco, model, prefixes, names(scene), [*cameras(bodies)], ghosts
-        )
+        seen = [*cameras(bodies)]
+        signed = signs(model, bodies, scene, before) if seen else []
+        return _Engine(mujoco, model, prefixes, names(scene), seen, signed, ghosts)
 
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw cameras' pictures here."""
@@ -77,6 +78,7 @@ class _Engine:
         prefixes: Sequence[str],
         names: Sequence[str],
         cameras: Sequence[Camera],
+        signs: Sequence[Sign],
         ghosts: Sequence[str],
     ):
         self._mujoco, self._model = mujoco, model
@@ -90,7 +92,7 @@ class _Engine:
         mujoco.mj_forward(model, self._data)
         self._named = [model.body(name).id for name in names]
         self._ghosts = [model.body(name).id for name in ghosts]
-        self._painter = Painter(mujoco, model, self._data, cameras)
+        self._painter = Painter(mujoco, model, self._data, cameras, signs)
         self.instances = [
             _Instance(mujoco, model, self._data, prefix, self._painter)
             for prefix in prefixes

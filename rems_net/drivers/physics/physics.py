@@ -7,6 +7,7 @@ sensors are computed here, the same way for all engines.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from rems_net.agents.ports import Settings
 from rems_net.bodies import sensors
@@ -21,6 +22,7 @@ from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.errors import SchemaError, uncoded
 from rems_net.libraries import look_for
+from rems_net.scenes import marking
 from rems_net.scenes.outline import check_places
 from rems_net.scenes.scene import Scene
 
@@ -66,6 +68,10 @@ class Physics(Simulated):
                 "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
             )
         body = built(self.body(), self.needs)
+        if self.marked:
+            marker = marking.of_robot(self, self.marked)
+            own = marking.read(marker, body.height)
+            body = replace(body, markers=(*body.markers, own))
         arena: Arena = getattr(self, "arena", Arena)()
         scene = Scene(tuple(arena.walls()), radius=arena.radius)
         self._member = member = Member(self, body)

@@ -15,6 +15,7 @@ from rems_net.bodies.body import NORTH, Array, Sensor, Vector
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.acceleration import component
 from rems_net.drivers.physics.engine import Engine, Picture
+from rems_net.drivers.physics.pictures.optics import distorted, ideal
 
 #: row of a rotation that is the direction to north
 TO_NORTH = NORTH.index(1.0)
@@ -127,12 +128,13 @@ def reader(sensor: Sensor, tree: Tree, now: Moment, n: int) -> Reader:
             return _joint(isinstance(sensor, sensors.Tachometer), number, ratio)
         case sensors.Camera(_, at, direction):
             eye, ahead, up = map(np.array, (at, direction, sensor.up))
+            drawn, bend = ideal(sensor), distorted(sensor)
 
             def see(now: Moment, n: int) -> Picture:
                 turn = now.rotations[n].dot
                 at = now.positions[n] + turn(eye)
                 picture = now.engine.instances[n].picture
-                return picture(sensor, at, turn(ahead), turn(up))
+                return bend(picture(drawn, at, turn(ahead), turn(up)))
 
             return see
 

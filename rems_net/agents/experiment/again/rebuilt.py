@@ -17,6 +17,7 @@ from rems_net.agents.verbs import CALLED, CALLS, verb_names
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
+from rems_net.scenes.marking import MARKER
 
 
 @dataclass
@@ -58,6 +59,7 @@ class Rebuilt:
             agent.prepare()
             slots["parameters"] = agent.parameters.schema
             slots["initial"] = agent.state.schema
+            slots["marker"] = MARKER
         for slot in (one for one in SLOTS if one in slots):
             if path in slots[slot].entries or path in slots[slot].paths:
                 changed = _changed(getattr(plan, slot), path.split("/"), value)

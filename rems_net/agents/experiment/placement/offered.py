@@ -127,7 +127,7 @@ def _settings(of: str, plan: Table) -> Iterator[tuple[str, str, Any]]:
         yield first, of, {w: v for w, v in plan.items() if w not in known}
         return
     yield rest[0], ROBOT[1], plan.get("options")
-    for slot in ("parameters", "initial"):
+    for slot in ("parameters", "initial", "marker"):
         yield first, ROBOT[0], plan.get(slot)
 
 

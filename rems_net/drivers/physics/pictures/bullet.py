@@ -1,17 +1,18 @@
 """Cameras' pictures of a Bullet world, by Bullet's own renderer, without OpenGL."""
 
 from collections.abc import Callable
-from math import atan, degrees
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.pictures import looks
+from rems_net.drivers.physics.pictures.signs import PAPER, painted
 from rems_net.pictures import png
 from rems_net.scenes.scene import Colour
 
@@ -41,9 +42,13 @@ def floor(bullet: Any, call: Call) -> int:
 def lay_tiles(call: Call, body: int) -> None:
     """Put the pattern on a floor; Bullet reads it from a file."""
     first, second = np.round(255 * np.array(looks.TILES)).astype(np.uint8)
+    _dress(call, body, np.array([[first, second], [second, first]]))
+
+
+def _dress(call: Call, body: int, texels: Picture) -> None:
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "tiles.png"
-        path.write_bytes(png(np.array([[first, second], [second, first]])))
+        path = Path(folder) / "texture.png"
+        path.write_bytes(png(texels))
         texture = call("loadTexture", str(path))
     call("changeVisualShape", body, LINK, textureUniqueId=texture)
 
@@ -53,17 +58,35 @@ def paint(call: Call, body: int, colour: Colour, link: int = LINK) -> None:
     call("changeVisualShape", body, link, rgbaColor=(*colour, 1.0))
 
 
+def sign(bullet: Any, call: Call, marker: Marker) -> int:
+    """Return Bullet's number for a marker: a square that touches nothing."""
+    half = marker.paper / 2
+    corners = [(x, y, PAPER) for y in (-half, half) for x in (-half, half)]
+    shape = call(
+        "createVisualShape",
+        bullet.GEOM_MESH,
+        vertices=corners,
+        indices=[0, 1, 3, 0, 3, 2],
+        uvs=[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)],
+        normals=[(0.0, 0.0, 1.0)] * 4,
+    )
+    made = int(call("createMultiBody", 0, -1, shape))
+    _dress(call, made, painted(marker))
+    return made
+
+
 def picture(
     bullet: Any, call: Call, camera: Camera, eye: Array, ahead: Array, up: Array
 ) -> Picture:
     """Return the camera's picture from `eye`, looking along `ahead`."""
-    right, top = camera.slopes
     looks_at = (eye + ahead).tolist()
     view = bullet.computeViewMatrix(eye.tolist(), looks_at, up.tolist())
-    upright = degrees(2 * atan(top))  # Bullet's field of view is the vertical one
-    shape = bullet.computeProjectionMatrixFOV(
-        upright, right / top, looks.NEAR, looks.FAR
-    )
+    left, right, bottom, top = camera.edges
+    # Bullet samples each pixel at its lower left corner, we mean its middle.
+    aside, up_ = (right - left) / camera.width / 2, (top - bottom) / camera.height / 2
+    slopes = (left + aside, right + aside, bottom + up_, top + up_)
+    edges = (looks.NEAR * slope for slope in slopes)
+    shape = bullet.computeProjectionMatrix(*edges, looks.NEAR, looks.FAR)
     _, _, colours, depth, _ = call(
         "getCameraImage",
         camera.width,

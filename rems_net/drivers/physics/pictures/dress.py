@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, SubElement
 from rems_net.bodies.body import Body
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.mjcf import FLOOR, section, text
-from rems_net.drivers.physics.pictures import looks
+from rems_net.drivers.physics.pictures import looks, signs
 from rems_net.scenes.scene import Colour, Scene
 
 
@@ -17,6 +17,7 @@ def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
     """
     if not any(looks.cameras(bodies)):
         return
+    signs.add(root, bodies, scene)
     colours: dict[str, Colour] = {}
     for number, body in enumerate(bodies):
         colours[f"{number}/base"] = looks.hull(number)

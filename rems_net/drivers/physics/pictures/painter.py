@@ -15,25 +15,35 @@ from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.pictures.looks import FAR, NEAR
+from rems_net.drivers.physics.pictures.optics import ideal
+from rems_net.drivers.physics.pictures.signs import Sign
 from rems_net.errors import MissingPartError
 from rems_net.libraries import load, look_for
 
 #: for the message if MuJoCo cannot draw: on Linux, and elsewhere
 APT, OTHER = "Type: sudo apt install libegl1 libopengl0", "It draws by OpenGL"
-#: space for decorations besides the model's own geoms; none is drawn here
+#: space for decorations besides the model's own geoms and markers; none is drawn here
 ROOM = 100
 
 
 class Painter:
     """Renderer; OpenGL wants all pictures drawn in the thread of the first one.
 
-    cameras: of all bodies in the world
+    cameras: of all bodies in the world      signs: its markers
     """
 
-    def __init__(self, mujoco: Any, model: Any, data: Any, cameras: Sequence[Camera]):
+    def __init__(
+        self,
+        mujoco: Any,
+        model: Any,
+        data: Any,
+        cameras: Sequence[Camera],
+        signs: Sequence[Sign] = (),
+    ):
         self._mujoco, self._model, self._data = mujoco, model, data
-        self._width = max((camera.width for camera in cameras), default=1)
-        self._height = max((camera.height for camera in cameras), default=1)
+        self._signs = signs
+        self._width = max((ideal(camera).width for camera in cameras), default=1)
+        self._height = max((ideal(camera).height for camera in cameras), default=1)
         self._gl: Any = None
         self._context: Any = None
 
@@ -48,7 +58,8 @@ class Painter:
         small = mujoco.mjtFontScale.mjFONTSCALE_50
         self._context = mujoco.MjrContext(model, small.value)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + ROOM)
+        most = model.ngeom + len(self._signs) + ROOM
+        self._scene = mujoco.MjvScene(model, maxgeom=most)
         self._options, self._view = mujoco.MjvOption(), mujoco.MjvCamera()
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
@@ -70,6 +81,8 @@ class Painter:
             model, data, self._options, None, self._view, every, self._scene
         )
         self._aim(camera, eye, ahead, up)
+        for sign in self._signs:
+            sign.show(mujoco, data, self._scene)
         self._gl.make_current()
         area = mujoco.MjrRect(0, 0, camera.width, camera.height)
         mujoco.mjr_render(area, self._scene, self._context)
@@ -78,12 +91,13 @@ class Painter:
         return drawn[::-1]  # OpenGL's first row is the lowest
 
     def _aim(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> None:
-        right, top = camera.slopes
+        left, right, bottom, top = (NEAR * slope for slope in camera.edges)
         for one in self._scene.camera:  # two: one for each eye of a stereo view
             one.pos, one.forward, one.up = eye, ahead, up
             one.frustum_near, one.frustum_far = NEAR, FAR
-            one.frustum_center, one.frustum_width = 0.0, right * NEAR
-            one.frustum_bottom, one.frustum_top = -top * NEAR, top * NEAR
+            one.frustum_center = (left + right) / 2
+            one.frustum_width = (right - left) / 2
+            one.frustum_bottom, one.frustum_top = bottom, top
 
     def close(self) -> None:
         """Release OpenGL's context."""

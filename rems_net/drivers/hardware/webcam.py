@@ -1,0 +1,73 @@
+"""Webcam: driver of a camera at this computer, by OpenCV."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rems_net.agents.ports import Settings
+from rems_net.defdict import DefDict, frequency, integer
+from rems_net.drivers.hardware.device_thread import Readings
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.drivers.needs import missing
+from rems_net.eyes.opencv import Webcam as Device
+from rems_net.libraries import look_for
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class Webcam(Driven):
+    """Driver of a camera at this computer.
+
+    A picture has the tick at which it came: a fifth of a second after what it shows,
+    for some webcams. Pictures that are the same bytes as the last count as none, so a
+    frozen webcam's picture grows old.
+    """
+
+    needs = ("cv2",)
+    options = Settings(
+        number=integer(range=(0, 100), doc="of the webcams of this computer"),
+        rate=frequency("Hz", range=(0, 10_000), doc="pictures; 0: 30 a second"),
+    )
+    rate = 30.0
+    checks = (
+        "Check, in this order: 1. that it is plugged in; 2. that no other program uses "
+        "it, such as a video call; 3. its number, as in options = { number = 1 }."
+    )
+    _open: Device | None = None
+    _last: NDArray[np.uint8] | None = None
+
+    def prepare(self) -> None:
+        """Check that OpenCV is here, and that the definition is a camera."""
+        look_for("cv2", "camera")
+        if not hasattr(self, "still"):
+            raise missing(
+                self, "still()", "its lens and its place", 'definition = "camera"'
+            )
+        super().prepare()
+
+    def connect(self) -> None:
+        """Open the webcam. Raises OSError if it is not there, or of another size."""
+        p = self.parameters
+        self._open = Device(self.options["number"], p["width"], p["height"])
+        self._last = None
+
+    def exchange(self, command: DefDict) -> Readings | None:
+        """Return the newest picture. Raises TimeoutError if none comes."""
+        assert self._open is not None
+        picture = self._open.read()
+        if picture is None:
+            raise TimeoutError("the webcam gives no picture")
+        if self._last is not None and np.array_equal(picture, self._last):
+            return None
+        self._last = picture
+        still: dict[str, Any] = self.still()  # type: ignore[attr-defined]
+        return {"sensors": {**still, "picture": picture, "tick": self.tick.n}}
+
+    def disconnect(self) -> None:
+        """Give the webcam back."""
+        if self._open is not None:
+            self._open.close()
+        self._open = None

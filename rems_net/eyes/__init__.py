@@ -1,0 +1,1 @@
+"""What cameras see: markers, and where they lie."""

@@ -1,0 +1,135 @@
+"""OpenCV: ArUco markers, webcams and lenses; nothing else imports it."""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rems_net.bodies.lens import Lens
+from rems_net.errors import SchemaError
+from rems_net.libraries import load
+
+#: px of a side of the windows in which a corner is refined
+WINDOW = 5
+#: pictures of a board that a lens needs: fewer do not tell fx from the distance
+BOARDS = 5
+
+
+@cache
+def _cv() -> Any:
+    return load("cv2", "camera")
+
+
+@cache
+def _dictionary() -> Any:
+    aruco = _cv().aruco
+    return aruco.getPredefinedDictionary(aruco.DICT_4X4_50)
+
+
+@cache
+def _detector() -> Any:
+    aruco = _cv().aruco
+    about = aruco.DetectorParameters()
+    about.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
+    about.cornerRefinementWinSize = WINDOW
+    return aruco.ArucoDetector(_dictionary(), about)
+
+
+def cells(number: int) -> NDArray[np.uint8]:
+    """Return a 4x4 marker's cells, 0 for black and 1 for white, with its white ring."""
+    drawn = _cv().aruco.generateImageMarker(_dictionary(), number, 6)
+    return np.pad((drawn > 127).astype(np.uint8), 1, constant_values=1)
+
+
+def found(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return the id of each 4x4 marker in a picture, and its corners (4, 2), pixels."""
+    corners, ids, _ = _detector().detectMarkers(grey)
+    if ids is None:
+        return []
+    # OpenCV begins at the upper left, and goes on to the upper right.
+    order = [3, 2, 1, 0]
+    return [
+        (int(number), np.asarray(four, float).reshape(4, 2)[order])
+        for number, four in zip(ids.ravel(), corners, strict=True)
+    ]
+
+
+class Webcam:
+    """An open webcam that gives pictures of one size.
+
+    number: of the system's webcams, from 0
+    Raises OSError for none, or one of another size.
+    """
+
+    def __init__(self, number: int, width: int, height: int):
+        cv = _cv()
+        cv.setLogLevel(0)  # otherwise it writes to the terminal
+        self._device = cv.VideoCapture(number)
+        if not self._device.isOpened():
+            raise OSError(f"no webcam {number} opens")
+        self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
+        self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
+        self._size = (width, height)
+        if self.read() is None:
+            self.close()
+            raise OSError(f"webcam {number} opens and gives no picture")
+
+    def read(self) -> NDArray[np.uint8] | None:
+        """Return the next picture (height, width, 3), or None if none came.
+
+        Raises OSError for a picture of another size.
+        """
+        good, picture = self._device.read()
+        if not good:
+            return None
+        check_size(picture.shape, self._size)
+        turned: NDArray[np.uint8] = picture[:, :, ::-1]  # OpenCV has blue first
+        return turned
+
+    def close(self) -> None:
+        """Give the webcam back."""
+        self._device.release()
+
+
+def check_size(shape: tuple[int, ...], asked: tuple[int, int]) -> None:
+    """Raise OSError for a picture (height, width, ...) of another size than asked."""
+    height, width = shape[:2]
+    if (width, height) != asked:
+        raise OSError(
+            f"it gives pictures of {width} x {height}, and {asked[0]} x {asked[1]} are "
+            f"asked for; write width = {width} and height = {height}, with the lens "
+            "of that size"
+        )
+
+
+def lens_of_board(
+    pictures: Sequence[NDArray[np.uint8]], columns: int, rows: int
+) -> tuple[Lens, float]:
+    """Return the lens that has seen a chessboard, and its deviation, px.
+
+    pictures: grey, (height, width)      columns, rows: of the inner corners
+    Raises SchemaError if fewer than 5 pictures show the whole board.
+    """
+    cv = _cv()
+    board = np.zeros((columns * rows, 3), np.float32)
+    board[:, :2] = np.mgrid[:columns, :rows].T.reshape(-1, 2)
+    seen = []
+    for grey in pictures:
+        good, corners = cv.findChessboardCornersSB(grey, (columns, rows))
+        if good:
+            seen.append(corners.reshape(-1, 1, 2))
+    if len(seen) < BOARDS:
+        raise SchemaError(
+            f"{len(seen)} of {len(pictures)} pictures show a board of {columns} by "
+            f"{rows} inner corners; take {BOARDS} and more, the whole board in each, "
+            "from several sides. (R1107)"
+        )
+    height, width = pictures[0].shape
+    left, matrix, bends, _, _ = cv.calibrateCamera(
+        [board] * len(seen), seen, (width, height), None, None
+    )
+    fx, fy, cx, cy = (float(matrix[at]) for at in ((0, 0), (1, 1), (0, 2), (1, 2)))
+    five = tuple(float(one) for one in bends.ravel()[:5])
+    return Lens(width, height, fx, fy, cx, cy, five), float(left)

@@ -1,0 +1,212 @@
+"""Localise: poses with their age, and a sentence for everything that is doubtful."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rems_net import Experiment
+from rems_net.bodies.body import Marker
+from rems_net.drivers.physics.mujoco import Mujoco
+from rems_net.errors import ExperimentError
+from rems_net.events import Event, listening
+from rems_net.eyes.finder import Finder, Target
+from rems_net.robots.camera import Camera
+from tests.drivers.physics.eyes import why_not
+from tests.eyes.paper import SIZE, Grey, Painted, above, pasted
+
+pytest.importorskip("apriltag")
+
+MARKER = {"id": 3, "size": SIZE, "height": 1e-9}
+DOWN = {
+    **{"fx": 1200.0, "width": 640, "height": 480},
+    "place": {"z": 1.0, "pitch": -pi / 2},
+}
+
+
+def lab(pictures: Sequence[Grey], **options: Any) -> Experiment:
+    """A robot that stands, and a camera that shows these pictures."""
+    driver = type("Painted", (Painted,), {"pictures": tuple(pictures)})
+    made = Experiment("eyes", dt=0.05, duration=5.0)
+    made.robot("bot", "woodbot", "kinematic", marker=MARKER)
+    made.robot("cam", Camera, driver, parameters=DOWN)
+    options = {"robots": "bot", **options}
+    made.process("eyes", "localise", camera="robot/cam/sensors", options=options)
+    return made
+
+
+@contextmanager
+def watched() -> Iterator[list[Event]]:
+    events: list[Event] = []
+    with listening(events.append):
+        yield events
+
+
+def warnings(events: Sequence[Event]) -> list[str]:
+    return [one.text for one in events if one.level == "warning" and "eyes" in one.text]
+
+
+def pose(engine: Any) -> Any:
+    return engine["process/eyes"].bot
+
+
+def test_in_mujoco_a_driving_robot_is_found() -> None:
+    if why := why_not(Mujoco):
+        pytest.skip(why)
+    made = Experiment("eyes", dt=0.05, duration=2.0)
+    place = {"z": 0.9, "x": 0.1}
+    marker = {"id": 3, "size": "40 mm", "x": "10 mm", "heading": "30 deg"}
+    made.robot("bot", "woodbot", "mujoco", world="place", marker=marker)
+    made.robot("cam", "camera", "mujoco", world="place", parameters={"place": place})
+    options = {"robots": "bot"}
+    made.process("eyes", "localise", camera="robot/cam/sensors", options=options)
+    with watched() as events, made.engine() as engine:
+        for _ in range(12):
+            engine.put("robot/bot/command", {"wheel": {"left": 2.0, "right": 5.0}})
+            engine.step()
+            found, true = pose(engine), engine["robot/bot"].state
+            assert found.tick == engine["robot/bot"].tick.n
+            assert found.age == 0.0
+            assert found.x == pytest.approx(true.x, abs=3e-4)
+            assert found.y == pytest.approx(true.y, abs=3e-4)
+            assert found.heading == pytest.approx(true.heading, abs=0.01)
+        (row,) = engine["process/eyes"].poses.seen
+    assert (row["robot"], row["id"]) == ("bot", 3)
+    assert np.linalg.eigvalsh(found.covariance).min() > 0
+    assert np.sqrt(found.covariance[0, 0]) < 1e-3
+    assert warnings(events) == []
+
+
+def test_a_covered_marker_grows_old_and_comes_back_with_a_warning() -> None:
+    here, gone = pasted([(3, 0.0, 0.0)]), pasted([])
+    half = here.copy()
+    half[:240] = 150
+    away = pasted([(3, 0.0, 0.12)])
+    shown = [here, here, half, *[gone] * 25, away]
+    with watched() as events, lab(shown).engine() as engine:
+        engine.step(2)
+        assert (pose(engine).x, pose(engine).age) == (pytest.approx(0.0, abs=1e-3), 0.0)
+        engine.step(4)
+        assert pose(engine).tick == 2
+        assert pose(engine).age == pytest.approx(0.2)
+        engine.step(23)
+        assert pose(engine).y == pytest.approx(0.12, abs=1e-3)
+    lost, jump = warnings(events)
+    assert "bot is out of sight for 1.1" in lost
+    assert "bot was 120 mm away 1.35 s before" in jump
+
+
+def test_a_frozen_camera_is_reported_and_its_poses_are_no_longer_fresh() -> None:
+    with watched() as events, lab([pasted([(3, 0.0, 0.0)])]).engine() as engine:
+        engine.step(30)
+        assert pose(engine).tick == 1
+    (frozen,) = warnings(events)
+    assert "the newest picture is 0.6 s old: the camera is frozen" in frozen
+
+
+def test_a_mirrored_picture_is_named() -> None:
+    turned = np.ascontiguousarray(pasted([(3, 0.0, 0.0)])[:, ::-1])
+    with watched() as events, lab([turned] * 30).engine() as engine:
+        engine.step(25)
+        assert pose(engine).id == -1
+    assert "the pictures are mirrored" in warnings(events)[0]
+
+
+def test_a_heading_goes_on_past_a_full_turn() -> None:
+    one = pasted([(3, 0.0, 0.0)])
+    quarters = [np.ascontiguousarray(np.rot90(one[:, 80:560], k)) for k in range(6)]
+    rim = [np.pad(q, ((0, 0), (80, 80)), constant_values=150) for q in quarters]
+    with lab(rim).engine() as engine:
+        engine.step(6)
+        assert pose(engine).heading == pytest.approx(5 * pi / 2, abs=0.01)
+
+
+def test_two_robots_with_one_marker_are_refused() -> None:
+    made = lab([pasted([])])
+    made.robot("cart", "woodbot", "kinematic", marker=MARKER)
+    with made.engine() as engine, pytest.raises(Exception, match=r"bot and cart both"):
+        engine.step()
+
+
+def test_names_that_cannot_be_ports_are_refused() -> None:
+    with pytest.raises(ExperimentError, match=r"robots names 'poses'.*R1104"):
+        lab([pasted([])], robots="poses").check()
+
+
+def finder(size: float = SIZE) -> Finder:
+    targets = {3: Target("bot", Marker("tag36h11", 3, size), 0.0)}
+    return Finder(above(), targets)
+
+
+def test_a_marker_twice_is_not_used() -> None:
+    found, ((kind, number, text),) = finder().look(
+        pasted([(3, 0.1, 0.0), (3, -0.1, 0.0)])
+    )
+    assert (found, kind, number) == ([], "twice", 3)
+    assert "is in the picture twice" in text
+
+
+def test_a_picture_of_a_marker_is_not_used() -> None:
+    found, ((kind, _, text),) = finder().look(pasted([(3, 0.1, 0.0)], cell=4))
+    assert (found, kind) == ([], "foreign")
+    assert "is 67% of its size of 40 mm" in text
+
+
+def test_a_tilted_marker_is_not_used() -> None:
+    picture = pasted([(3, 0.0, 0.0)])
+    for column in range(640):  # lower and lower to the right: no square any more
+        picture[:, column] = np.roll(picture[:, column], (column - 320) // 4)
+    found, ((kind, _, text),) = finder().look(picture)
+    assert (found, kind) == ([], "bent")
+    assert "does not fit a square that lies level" in text
+
+
+def test_a_printer_that_shrinks_is_noticed() -> None:
+    looking, texts = finder(size=SIZE / 0.97), []
+    for _ in range(20):
+        found, doubts = looking.look(pasted([(3, 0.0, 0.05)]))
+        texts += [text for kind, _, text in doubts if kind == "size"]
+        assert len(found) == 1
+    assert "97% of the 41 mm that is written" in texts[0]
+
+
+def test_clutter_is_no_marker() -> None:
+    """Squares, letters and noise: no id that is not there in some pictures."""
+    random, looking = np.random.default_rng(7), finder()
+    looking.targets = {
+        n: Target(str(n), Marker("tag36h11", n, SIZE), 0.0) for n in range(587)
+    }
+    for _ in range(30):
+        picture = clutter(random)
+        found, _ = looking.look(picture)
+        assert found == []
+
+
+def clutter(random: np.random.Generator) -> Grey:
+    picture = np.full((480, 640), 150, np.uint8)
+    for _ in range(40):
+        edge = int(random.integers(12, 80))
+        row, column = random.integers(0, 400), random.integers(0, 560)
+        bits = random.integers(0, 2, (10, 10)).astype(np.uint8)
+        bits[0], bits[-1], bits[:, 0], bits[:, -1] = 1, 1, 1, 1
+        bits[1, 1:-1] = bits[-2, 1:-1] = bits[1:-1, 1] = bits[1:-1, -2] = 0
+        cell = max(1, edge // 10)
+        drawn = np.kron(bits, np.ones((cell, cell), np.uint8))
+        place = picture[row : row + len(drawn), column : column + len(drawn)]
+        place[:] = np.where(drawn, 230, 20)[: place.shape[0], : place.shape[1]]
+    return picture
+
+
+@pytest.mark.slow
+def test_clutter_is_no_marker_in_ten_thousand_pictures() -> None:
+    random, looking = np.random.default_rng(8), finder()
+    looking.targets = {
+        n: Target(str(n), Marker("tag36h11", n, SIZE), 0.0) for n in range(587)
+    }
+    wrong = sum(len(looking.look(clutter(random))[0]) for _ in range(10_000))
+    assert wrong == 0
