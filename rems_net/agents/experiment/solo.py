@@ -15,6 +15,7 @@ from rems_net.agents.diagnosis import failure
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
+from rems_net.engine.inlet import Inlet
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError, nearest
 from rems_net.events import warn
@@ -184,6 +185,16 @@ class Solo:
         values: fields in the units of the In, or quantities. The agent takes them at
         its next step; a robot obeys a command for its `max_age`.
         """
+        self.put_at(self.inlet(key), values)
+
+    def put_at(self, inlet: Inlet, values: Mapping[str, Any]) -> None:
+        """Put a value at an In of `inlet()`, without a look at its key."""
+        inlet.put(values, self.n)
+        put = inlet.agent.__dict__[inlet.port]
+        self._here().visits.put(inlet, put, self.n, self.n)
+
+    def inlet(self, key: str) -> Inlet:
+        """Return an In that no agent writes. Raises ExperimentError for any other."""
         inlets = {i.key: i for i in self._here().inlets if i.schema}
         free = [key for key, inlet in inlets.items() if inlet.source is None]
         if key not in free:
@@ -192,10 +203,7 @@ class Solo:
                 f"{key!r} {reads or 'is no In here'}; values can be put at: "
                 f"{', '.join(free) or 'nothing'}.{nearest(key, free)} (R0434)"
             )
-        inlet = inlets[key]
-        inlet.put(values, self.n)
-        put = inlet.agent.__dict__[inlet.port]
-        self._here().visits.put(inlet, put, self.n, self.n)
+        return inlets[key]
 
     def stop(self) -> None:
         """Hold every robot at its safe command, as `rems stop` does."""
