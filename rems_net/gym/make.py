@@ -1,7 +1,6 @@
 """Make: environments from experiments."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +9,10 @@ from rems_net.agents.experiment.file import load
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.errors import ExperimentError
-from rems_net.gym.direct import Direct
+from rems_net.gym.direct import Direct, Stage
 from rems_net.gym.env import Given, RobotEnv
 from rems_net.gym.expression import Value, compiled
+from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Drawn, Moment, Names, Task
@@ -38,6 +38,7 @@ def make(
     clip: bool = False,
     ticks: int = 0,
     out: Path | str | None = None,
+    fabric: bool = False,
     render_mode: None = None,
 ) -> RobotEnv:
     """Return an experiment as an environment of Gymnasium.
@@ -50,19 +51,22 @@ def make(
     it has one.  normalise: numbers that have a range go from -1 to 1.
     clip: limit an action to its range; otherwise it is refused.
     ticks: of one step; 0 for as many as all agents need to step once.
-    out: folder in which all episodes are recorded. Raises ExperimentError.
+    out: folder in which all episodes are recorded.
+    fabric: run the agents in processes, on a fabric, as `rems run` does: for devices,
+    and for people who watch. Raises ExperimentError.
     """
-    lab = _loaded(lab)
+    lab = _loaded(lab, fabric)
     ports = checked(lab, _keys(act, "act"), _keys(observe, "observe"))
     made = _task(task, reward, ends, start, ports)
     steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
     given = _given(lab, ports, made, steps, normalise=normalise, clip=clip)
-    return _env(lab, ports, given, ticks, out)
+    return _env(lab, ports, given, ticks, out, fabric)
 
 
-def _loaded(lab: Path | str | Experiment) -> Experiment:
+def _loaded(lab: Path | str | Experiment, fabric: bool) -> Experiment:
     lab = lab if isinstance(lab, Experiment) else load(lab)
-    check_here(lab.check())
+    if not fabric:
+        check_here(lab.check())
     return lab
 
 
@@ -86,20 +90,21 @@ def _given(
 
 
 def _env(
-    lab: Experiment, ports: Ports, given: Given, ticks: int, out: Path | str | None
-) -> RobotEnv:
-    ticks = _ticks(ticks, ports.every)
-    return RobotEnv(given, partial(_direct, lab, ports, ticks, out))
-
-
-def _direct(
     lab: Experiment,
     ports: Ports,
+    given: Given,
     ticks: int,
     out: Path | str | None,
-    record: Path | str | None,
-) -> Direct:
-    return Direct(lab, [*ports.act], [*ports.observe], ticks, record or out)
+    fabric: bool,
+) -> RobotEnv:
+    ticks = _ticks(ticks, ports.every)
+
+    def stage(record: Path | str | None) -> Stage:
+        if fabric:
+            return OnFabric(lab, ports, ticks, record or out)
+        return Direct(lab, [*ports.act], [*ports.observe], ticks, record or out)
+
+    return RobotEnv(given, stage)
 
 
 @taught(ExperimentError)
@@ -117,6 +122,7 @@ def make_parallel(
     clip: bool = False,
     ticks: int = 0,
     out: Path | str | None = None,
+    fabric: bool = False,
 ) -> "ParallelRobots":
     """Return an experiment as a parallel environment of PettingZoo.
 
@@ -126,7 +132,7 @@ def make_parallel(
     # Imported here: it needs PettingZoo.
     from rems_net.gym.parallel import parallel
 
-    lab = _loaded(lab)
+    lab = _loaded(lab, fabric)
     if {*act} != {*observe} or not act:
         raise ExperimentError(
             f"act is of {', '.join(act)} and observe of {', '.join(observe)}; expected "
@@ -148,7 +154,7 @@ def make_parallel(
         next(iter(each.values())).task if task else Drawn(start or {}, ports.starts)
     )
     whole = _given(lab, ports, begins, steps, normalise=False, clip=clip)
-    return parallel(each, _env(lab, ports, whole, ticks, out))
+    return parallel(each, _env(lab, ports, whole, ticks, out, fabric))
 
 
 def woodbot(**settings: Any) -> RobotEnv:
