@@ -8,17 +8,19 @@ ticks. Outputs that record receive it; a rerun repeats it.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from fnmatch import fnmatchcase
 from functools import wraps
 from typing import Any, NamedTuple
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import perform, plain, request, verbs_of
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.recorded import MessageInlet
-from rems_net.engine.source import Local
+from rems_net.engine.source import Local, Value
+from rems_net.engine.wiring import Entry
 from rems_net.errors import uncoded
 
 #: what the event of such a call begins with
@@ -196,3 +198,20 @@ class Visits:
     def end(self) -> None:
         """End a tick."""
         self.busy = False
+
+
+class Given:
+    """The caller of an engine, who puts values at an In: a source of `Solo`."""
+
+    key, label = "", "the program that steps the engine"
+    entry: Entry | None = None
+
+    def __init__(self, inlet: Inlet, given: MutableMapping[str, Any], visits: Visits):
+        self._inlet, self._given, self._visits = inlet, given, visits
+
+    def take(self, tick: Tick) -> Value | None:
+        """Return the value that was put since the last call, and note it."""
+        came: Value | None = self._given.pop(self._inlet.key, None)
+        if came is not None:
+            self._visits.put(self._inlet, came[0], tick.n - 1, came[1])
+        return came

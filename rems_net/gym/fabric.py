@@ -20,6 +20,7 @@ from rems_net.gym.offered import (
     with_starts,
 )
 from rems_net.router.mail import Mail, Mailbox
+from rems_net.router.message import pack_stamp
 from rems_net.router.session import Session
 
 #: Number of ticks that no program makes: the environment ends its run.
@@ -67,11 +68,12 @@ class OnFabric:
     def step(self, actions: Sequence[DefDict]) -> None:
         """Put the actions at their Ins, and let them act for one step."""
         session, clock = self._session, self._clock
+        stamp = pack_stamp(clock.tick.n, clock.tick.t)
         for key, action in zip(self._keys, actions, strict=True):
             schema = action.schema
             encoding = f"{schema.name}@{schema.digest}"
             # On the way of the tick, which comes behind it.
-            session.put(key, action.encode(), encoding)
+            session.put(key, action.encode(), encoding, stamp=stamp)
         clock.run(self.ticks)
         self._values = [self._newest(key) for key in self.ports.observe]
 
@@ -103,7 +105,7 @@ class OnFabric:
             self._stack = stack.pop_all()
 
     def _call(self, key: str, payload: bytes) -> None:
-        """Call `reset`, between two ticks. Raises AgentError with the agent's reason."""
+        """Call `reset`, between two ticks. Raises AgentError with its reason."""
         asked = self._session.key(key, "@call", "reset")
         answers = self._session.ask(asked, payload, PATIENCE, first=True)
         if not answers:

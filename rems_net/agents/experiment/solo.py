@@ -13,9 +13,10 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.tick import Tick, time_of
-from rems_net.defdict import parse_quantity
+from rems_net.defdict import DefDict, parse_quantity
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.engine.outside import Given
 from rems_net.engine.wiring import Entry
 from rems_net.errors import AgentError, ExperimentError, nearest
 from rems_net.events import warn
@@ -84,6 +85,9 @@ class Solo:
         members, engine = self._build(self.seed), Engine()
         for agent, sources, _, again in members:
             engine.add(agent, sources, again)
+        for inlet in engine.inlets:
+            if inlet.source is None and inlet.schema is not None:
+                inlet.sources = [Given(inlet, engine.given, engine.visits)]
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
@@ -189,9 +193,9 @@ class Solo:
 
     def put_at(self, inlet: Inlet, values: Mapping[str, Any]) -> None:
         """Put a value at an In of `inlet()`, without a look at its key."""
-        inlet.put(values, self.n)
-        put = inlet.agent.__dict__[inlet.port]
-        self._here().visits.put(inlet, put, self.n, self.n)
+        assert inlet.schema is not None
+        mine = isinstance(values, DefDict) and values.schema is inlet.schema
+        self._here().given[inlet.key] = values if mine else inlet.schema(values), self.n
 
     def inlet(self, key: str) -> Inlet:
         """Return an In that no agent writes. Raises ExperimentError for any other."""
