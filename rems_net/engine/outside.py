@@ -19,7 +19,7 @@ from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import perform, plain, request, verbs_of
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.recorded import MessageInlet
-from rems_net.engine.source import Local, Value
+from rems_net.engine.source import Local
 from rems_net.engine.wiring import Entry
 from rems_net.errors import uncoded
 
@@ -201,7 +201,7 @@ class Visits:
 
 
 class Given:
-    """The caller of an engine, who puts values at an In: a source of `Solo`."""
+    """The caller of an engine, who has put a value at an In: a source of `Solo`."""
 
     key, label = "", "the program that steps the engine"
     entry: Entry | None = None
@@ -209,9 +209,9 @@ class Given:
     def __init__(self, inlet: Inlet, given: MutableMapping[str, Any], visits: Visits):
         self._inlet, self._given, self._visits = inlet, given, visits
 
-    def take(self, tick: Tick) -> Value | None:
-        """Return the value that was put since the last call, and note it."""
-        came: Value | None = self._given.pop(self._inlet.key, None)
-        if came is not None:
-            self._visits.put(self._inlet, came[0], tick.n - 1, came[1])
-        return came
+    def take(self, tick: Tick) -> None:
+        """Note the value, which is there already, at the step that takes it."""
+        source_tick = self._given.pop(self._inlet.key, None)
+        if source_tick is not None:
+            value = self._inlet.agent.__dict__[self._inlet.port]
+            self._visits.put(self._inlet, value, tick.n - 1, source_tick)

@@ -137,7 +137,7 @@ class Layout:
         if self.normalise and field.range is not None:
             low, high = field.range
             number = (number - (low + high) / 2) / ((high - low) / 2)
-        return number
+        return np.asarray(number)
 
     # -- from the space to ports ---------------------------------------------------
 

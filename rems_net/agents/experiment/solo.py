@@ -13,7 +13,7 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.tick import Tick, time_of
-from rems_net.defdict import DefDict, parse_quantity
+from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
 from rems_net.engine.outside import Given
@@ -193,9 +193,8 @@ class Solo:
 
     def put_at(self, inlet: Inlet, values: Mapping[str, Any]) -> None:
         """Put a value at an In of `inlet()`, without a look at its key."""
-        assert inlet.schema is not None
-        mine = isinstance(values, DefDict) and values.schema is inlet.schema
-        self._here().given[inlet.key] = values if mine else inlet.schema(values), self.n
+        inlet.put(values, self.n)
+        self._here().given[inlet.key] = self.n
 
     def inlet(self, key: str) -> Inlet:
         """Return an In that no agent writes. Raises ExperimentError for any other."""
