@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
+from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.errors import ExperimentError
@@ -16,6 +18,7 @@ from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Drawn, Moment, Names, Task
+from rems_net.gym.vector import AsColumns, AsStages, VectorRobots
 
 if TYPE_CHECKING:
     from rems_net.gym.parallel import ParallelRobots
@@ -39,8 +42,9 @@ def make(
     ticks: int = 0,
     out: Path | str | None = None,
     fabric: bool = False,
+    vector: int = 0,
     render_mode: None = None,
-) -> RobotEnv:
+) -> Any:
     """Return an experiment as an environment of Gymnasium.
 
     lab: a file such as "lab.toml", or an Experiment.  act: keys of what is commanded,
@@ -53,14 +57,43 @@ def make(
     ticks: of one step; 0 for as many as all agents need to step once.
     out: folder in which all episodes are recorded.
     fabric: run the agents in processes, on a fabric, as `rems run` does: for devices,
-    and for people who watch. Raises ExperimentError.
+    and for people who watch.
+    vector: return a VectorEnv of so many copies; by default, a single Env. Kinematic
+    robots without noise are computed as arrays, others by threads. Raises
+    ExperimentError.
     """
     lab = _loaded(lab, fabric)
     ports = checked(lab, _keys(act, "act"), _keys(observe, "observe"))
     made = _task(task, reward, ends, start, ports)
     steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
     given = _given(lab, ports, made, steps, normalise=normalise, clip=clip)
+    if vector:
+        return _many(vector, lab, given, _ticks(ticks, ports.every), out, fabric)
     return _env(lab, ports, given, ticks, out, fabric)
+
+
+def _many(
+    count: int,
+    lab: Experiment,
+    given: Given,
+    ticks: int,
+    out: Path | str | None,
+    fabric: bool,
+) -> VectorRobots:
+    """Return many copies: as columns if they are kinematic robots, alone and exact."""
+    if type(count) is not int or count < 1 or out is not None or fabric:
+        raise ExperimentError(
+            f"vector is {count!r}, with out={out!r} and fabric={fabric}; expected a "
+            "whole number from 1, and neither of the others: they are for one "
+            "environment. (R0929)"
+        )
+    acts, looks = [*given.act.schemas], [*given.observe.schemas]
+    robot, *others = lab.check().values()
+    alone = isinstance(robot, Robot) and not others and acts == [f"{robot.key}/command"]
+    if alone and runtime(robot).every == 1 and AsColumns.fit(robot, looks):
+        return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
+    several = AsStages(lambda: Direct(lab, acts, looks, ticks), given, count)
+    return VectorRobots(given, count, several)
 
 
 def _loaded(lab: Path | str | Experiment, fabric: bool) -> Experiment:
@@ -157,7 +190,7 @@ def make_parallel(
     return parallel(each, _env(lab, ports, whole, ticks, out, fabric))
 
 
-def woodbot(**settings: Any) -> RobotEnv:
+def woodbot(**settings: Any) -> Any:
     """Return a kinematic Woodbot that drives to 0.25 m ahead within 10 s."""
     lab = Experiment("woodbot", dt="50 ms")
     lab.robot("sim", "woodbot", "kinematic")

@@ -69,6 +69,8 @@ class Layout:
         least, most = np.where(ranged, low, -1.0), np.where(ranged, high, 1.0)
         self.middle, self.half = least / 2 + most / 2, most / 2 - least / 2
         self.ends = low, high
+        #: numbers of the default values, if all are numbers
+        self.rest = np.hstack([one.field.default for one in self.columns if self.flat])
         self.space: Space[Any] = self._space(ranged)
 
     def _bounds(self) -> tuple[Floats, Floats]:
@@ -143,19 +145,40 @@ class Layout:
 
     def take(self, action: Any, *, clip: bool = False) -> list[DefDict]:
         """Return a value of each port. Raises FieldValueError for what does not fit."""
-        if self.plain:
-            leaves = self._numbers(action, clip)
-        elif self.flat:
-            leaves = self._grouped(self._numbers(action, clip))
-        else:
-            leaves = self._taken(action, clip)
+        if self.flat:
+            return self.grouped(self._numbers(action, clip))
+        return self._parted(self._taken(action, clip))
+
+    def many(self, actions: Any, count: int, *, clip: bool = False) -> Floats:
+        """Return the numbers of many actions: (count, numbers), in the fields' units.
+
+        Raises FieldValueError for one that does not fit.
+        """
+        array = np.asarray(actions, np.float64)
+        if array.shape != (count, *self.middle.shape):
+            raise self._misshapen(array.shape, (count, *self.middle.shape))
+        if self.normalise:
+            array = self.middle + self.half * array
+        low, high = self.ends
+        if clip:
+            array = array.clip(low, high)
+        fits = (array >= low) & (array <= high)
+        if not fits.all():
+            raise self._outside(array[int(np.argmin(fits.all(axis=1)))].tolist())
+        return array
+
+    def grouped(self, numbers: list[float]) -> list[DefDict]:
+        """Return a value of each port from the numbers of one Box, in their range."""
+        return self._parted(numbers if self.plain else self._shaped(numbers))
+
+    def _parted(self, leaves: list[Any]) -> list[DefDict]:
         made = zip(self.schemas.values(), self.parts, strict=True)
         return [schema.around(leaves[part]) for schema, part in made]
 
     def _numbers(self, action: Any, clip: bool) -> list[Any]:
         array = np.asarray(action, np.float64)
         if array.shape != self.middle.shape:
-            raise self._misshapen(array.shape)
+            raise self._misshapen(array.shape, self.middle.shape)
         if self.normalise:
             array = self.middle + self.half * array
         if clip:
@@ -166,7 +189,7 @@ class Layout:
                 raise self._outside(numbers)
         return numbers
 
-    def _grouped(self, numbers: list[float]) -> list[Any]:
+    def _shaped(self, numbers: list[float]) -> list[Any]:
         leaves, place = list[Any](), 0
         for column in self.columns:
             size, shape = column.field.size, column.field.shape
@@ -212,10 +235,12 @@ class Layout:
             value[name] = given
         return value.leaves()[0]
 
-    def _misshapen(self, shape: tuple[int, ...]) -> FieldValueError:
+    def _misshapen(
+        self, shape: tuple[int, ...], wanted: tuple[int, ...]
+    ) -> FieldValueError:
         names = [one.name for one in self.columns]
         return FieldValueError(
-            f"the action has the shape {shape}; expected {self.middle.shape}, a number "
+            f"the action has the shape {shape}; expected {wanted}, a number "
             f"for each of {', '.join(names)}. (R0922)"
         )
 
