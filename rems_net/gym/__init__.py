@@ -11,8 +11,8 @@ It needs `pip install "rems-net[gym]"`. gymnasium.make("rems_net.gym:rems_net/La
 lab="lab.toml", ...) makes the same environment.
 """
 
+from contextlib import suppress
 from importlib import import_module
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from rems_net.doors import door
@@ -32,5 +32,6 @@ __all__ = ["Moment", "Task", "make", "make_parallel"]
 __getattr__, __dir__ = door(__name__, _HOMES)
 
 # gymnasium.make("rems_net.gym:rems_net/Lab-v0") imports this module, to find the name.
-if find_spec("gymnasium") is not None:
+# Without gymnasium, the first use of a name here gives the reason.
+with suppress(ImportError):
     import_module("rems_net.gym.names")

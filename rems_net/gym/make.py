@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.agents.robot import Robot
-from rems_net.agents.runtime import runtime
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.errors import ExperimentError
@@ -89,8 +88,8 @@ def _many(
         )
     acts, looks = [*given.act.schemas], [*given.observe.schemas]
     robot, *others = lab.check().values()
-    alone = isinstance(robot, Robot) and not others and acts == [f"{robot.key}/command"]
-    if alone and runtime(robot).every == 1 and AsColumns.fit(robot, looks):
+    alone = not others and acts == [f"{robot.key}/command"]
+    if alone and isinstance(robot, Robot) and AsColumns.fit(robot, looks):
         return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
     several = AsStages(lambda: Direct(lab, acts, looks, ticks), given, count)
     return VectorRobots(given, count, several)

@@ -63,7 +63,7 @@ class Moment:
 
 
 class Task:
-    """What is to be learned: write those of its methods that differ from these."""
+    """A thing to learn: write those of its methods that differ from these."""
 
     def reward(self, now: Moment, before: Moment) -> Any:
         """Return the reward of the step from `before` to `now`."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.agents.robot import Robot
+from rems_net.agents.runtime import runtime
 from rems_net.defdict import Schema
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Columns, Swarm
@@ -165,6 +166,7 @@ class AsColumns:
         return (
             isinstance(robot, Kinematic)
             and robot.shared is None
+            and runtime(robot).every == 1
             and not robot.accelerometers
             and robot.columns([robot]) is not None
             and {key.rpartition("/")[0] for key in observe} == {robot.key}

@@ -343,3 +343,35 @@ def test_a_start_in_another_robot_is_one_sentence(driver: str) -> None:
         env.reset(options={"start": {"robot/other": {"x": 0.01}}})
     env.reset(seed=1)
     env.step([1.0, 1.0])
+
+
+def test_many_at_once_are_as_many_alone() -> None:
+    """As columns, and by threads: to the last bit, over the ends of episodes."""
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    more = {"start": {"robot/sim.heading": "-180..180 deg"}, "limit": "60 ms"}
+    more |= {"reward": "x - before.x", "normalise": True}
+    for driver, noise in (("kinematic", False), ("kinematic", True), ("mujoco", True)):
+        lab = alone(driver=driver, options={"noise": noise})
+        many, ones = made(lab, vector=3, **more), [made(lab, **more) for _ in range(3)]
+        found, _ = many.reset(seed=7)
+        rows = [one.reset(seed=7 + n)[0] for n, one in enumerate(ones)]
+        assert found.tolist() == np.array(rows).tolist()
+        random = np.random.default_rng(1)
+        for _ in range(6):
+            actions = random.uniform(-1, 1, (3, 2))
+            found, rewards, _, cut, _ = many.step(actions)
+            each = [one.step(a) for one, a in zip(ones, actions, strict=True)]
+            assert found.tolist() == [row[0].tolist() for row in each]
+            assert rewards == pytest.approx([row[1] for row in each])
+        assert cut.all()
+        found, rewards, _, cut, _ = many.step(actions)  # they begin again
+        assert not cut.any()
+        assert not rewards.any()
+        assert found[:, 0].tolist() == [0.0] * 3
+        many.close()
+
+
+@pytest.mark.parametrize("wrong", [{"vector": -1}, {"vector": 2, "fabric": True}])
+def test_a_wrong_vector_is_one_sentence(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ExperimentError, match="vector is "):
+        made(alone(), **wrong)
