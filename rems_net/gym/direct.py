@@ -78,8 +78,10 @@ class Direct:
             engine.open()
         self._opened = True
         self._ins = [engine.inlet(key) for key in self.act]
-        agents = {key: engine["/".join(key.split("/")[:2])] for key in self.observe}
-        self._ports = [(a.__dict__, key.split("/")[2]) for key, a in agents.items()]
+        self._ports = []
+        for key in self.observe:
+            own, port = engine[key.rpartition("/")[0]].__dict__, key.rpartition("/")[2]
+            self._ports.append((own, port, own[port].schema.around))
         self._resets = [(key, engine[key].reset) for key in reset_keys(self.lab)]
         if first:
             self.begin(seed, starts)
@@ -93,7 +95,7 @@ class Direct:
 
     def values(self) -> list[DefDict]:
         """Return the values of the observed ports: copies, in their order."""
-        return [own[port].copy() for own, port in self._ports]
+        return [made(own[port].leaves()) for own, port, made in self._ports]
 
     def close(self) -> None:
         """Close the engine."""

@@ -44,8 +44,7 @@ class RobotEnv(Env[Any, Any]):
     """Robots of an experiment as an environment.
 
     stage: opens the stage; its argument is the folder of a recording, or None.
-    `units` has the unit of each field by its key, in the order of actions, then of
-    observations. `now` is the moment of the newest observation.
+    units: of each field by its key, in the order of actions, then of observations.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - of Gymnasium
@@ -54,12 +53,13 @@ class RobotEnv(Env[Any, Any]):
         self.given, self._make = given, stage
         self.action_space, self.observation_space = given.act.space, given.observe.space
         self.units = given.units
-        self.now = Moment(given.names, {})
         self._stage: Stage | None = None
         self._special = False
         self._steps = -1
         self._acts, self._keys = [*given.act.schemas], [*given.observe.schemas]
+        self._acted: list[DefDict] = []
         self._seen: list[DefDict] = []
+        self._now: Moment | None = None
         self._task = None if type(given.task) is Task else given.task
 
     def reset(
@@ -88,10 +88,11 @@ class RobotEnv(Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Act for one step. Raises FieldValueError for an action that does not fit."""
-        given, before = self.given, self.now
+        given, task = self.given, self._task
+        before = None if task is None else self.now
         cut = self.advance(given.act.take(action, clip=given.clip))
         observation = given.observe.read(self._seen)
-        if (task := self._task) is None:
+        if task is None or before is None:
             return observation, 0.0, False, cut, {}
         reward = float(task.reward(self.now, before))
         return observation, reward, bool(task.ends(self.now)), cut, {}
@@ -124,8 +125,14 @@ class RobotEnv(Env[Any, Any]):
             self._special = record is not None
         return self._stage
 
+    @property
+    def now(self) -> Moment:
+        """The moment of the newest observation."""
+        if self._now is None:
+            ports: dict[str, Any] = dict(zip(self._acts, self._acted, strict=True))
+            ports.update(zip(self._keys, self._seen, strict=True))
+            self._now = Moment(self.given.names, ports)
+        return self._now
+
     def _look(self, stage: Stage, actions: list[DefDict]) -> None:
-        self._seen = values = stage.values()
-        ports: dict[str, Any] = dict(zip(self._acts, actions, strict=True))
-        ports.update(zip(self._keys, values, strict=True))
-        self.now = Moment(self.given.names, ports)
+        self._acted, self._seen, self._now = actions, stage.values(), None

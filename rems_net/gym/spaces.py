@@ -70,7 +70,8 @@ class Layout:
         self.middle, self.half = least / 2 + most / 2, most / 2 - least / 2
         self.ends = low, high
         #: numbers of the default values, if all are numbers
-        self.rest = np.hstack([one.field.default for one in self.columns if self.flat])
+        rest = [one.field.default for one in self.columns if self.flat]
+        self.rest = np.hstack([np.zeros(0), *rest])
         self.space: Space[Any] = self._space(ranged)
 
     def _bounds(self) -> tuple[Floats, Floats]:

@@ -348,8 +348,9 @@ def test_a_start_in_another_robot_is_one_sentence(driver: str) -> None:
 def test_many_at_once_are_as_many_alone() -> None:
     """As columns, and by threads: to the last bit, over the ends of episodes."""
     pytest.importorskip("mujoco", reason="MuJoCo is not installed")
-    more = {"start": {"robot/sim.heading": "-180..180 deg"}, "limit": "60 ms"}
-    more |= {"reward": "x - before.x", "normalise": True}
+    start = {"robot/sim.heading": "-180..180 deg"}
+    more: dict[str, Any] = {"start": start, "limit": "60 ms"}
+    more = {**more, "reward": "x - before.x", "normalise": True}
     for driver, noise in (("kinematic", False), ("kinematic", True), ("mujoco", True)):
         lab = alone(driver=driver, options={"noise": noise})
         many, ones = made(lab, vector=3, **more), [made(lab, **more) for _ in range(3)]

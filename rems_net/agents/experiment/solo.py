@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import cache
 from math import inf
 from threading import get_ident
@@ -65,6 +65,8 @@ class Solo:
         self.files: list[str] = []
         self._engine: Engine | None = None
         self._entries: list[Entry] = []
+        #: ticks at which agents join
+        self._joins: set[int] = set()
         #: whether a tick was begun and not finished
         self._within = False
         self._thread = 0
@@ -89,6 +91,7 @@ class Solo:
             if inlet.source is None and inlet.schema is not None:
                 inlet.sources = [Given(inlet, engine.given, engine.visits)]
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
+        self._joins = {1, *(entry.since for entry in self._entries)}
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
@@ -132,21 +135,26 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
-        over = engine.stepped
-        with nullcontext() if over() else naming_overdue(over):
-            for n in range(self.n + 1, self.n + 1 + count):
-                if self._within:
-                    raise ExperimentError(
-                        f"tick {n} was begun and not done to its end; reset() begins "
-                        "again, and an agent does not step its own engine. (R0434)"
-                    )
-                self._within = True
-                with self._blamed(engine):
-                    if n == 1 or any(e.since == n for e in self._entries):
-                        here = {e.key: e for e in self._entries if e.since <= n}
-                        engine.connect(here)
-                    engine.step(Tick(n, time_of(n, self.dt), self.dt))
-                self.n, self._within = n, False
+        if self._within:
+            raise ExperimentError(
+                f"tick {self.n + 1} was begun and not done to its end; reset() begins "
+                "again, and an agent does not step its own engine. (R0434)"
+            )
+        with self._blamed(engine):
+            if engine.stepped():
+                self._ticks(engine, count)
+            else:
+                with naming_overdue(engine.stepped):
+                    self._ticks(engine, count)
+
+    def _ticks(self, engine: Engine, count: int) -> None:
+        dt = self.dt
+        for n in range(self.n + 1, self.n + 1 + count):
+            self._within = True
+            if n in self._joins:
+                engine.connect({e.key: e for e in self._entries if e.since <= n})
+            engine.step(Tick(n, time_of(n, dt), dt))
+            self.n, self._within = n, False
 
     def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
         """Step until the experiment ends.
