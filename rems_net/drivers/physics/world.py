@@ -118,7 +118,7 @@ class PhysicsWorld:
         """
         back = [member for member in self.members if member.robot in robots]
         others = [member for member in self.members if member not in back]
-        for member in back:
+        for member in back if others else ():
             places = [(one.robot.key, one.outline.at(one.where())) for one in others]
             check_free(member.robot.key, member.outline, member.beginning(), places)
         if not others and len(back) > 1:
