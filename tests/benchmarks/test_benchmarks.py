@@ -73,6 +73,7 @@ def test_every_state_is_received(size: int) -> None:
         "numerics",
         "recording",
         "worlds",
+        "gym",
         "dashboard",
         "hand",
     ],
