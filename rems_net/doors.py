@@ -9,7 +9,13 @@ from types import ModuleType
 from rems_net.errors import nearest
 
 #: where a program finds all public names
-DOORS = ("rems_net", "rems_net.units", "rems_net.bodies", "rems_net.drivers")
+DOORS = (
+    "rems_net",
+    "rems_net.units",
+    "rems_net.bodies",
+    "rems_net.drivers",
+    "rems_net.gym",
+)
 #: package of version 0.1 -> what replaces it
 _MOVED = {
     "rems_net.worlds.scenes": "rems_net.scenes",

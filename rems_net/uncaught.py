@@ -33,7 +33,7 @@ def sentences(error: BaseException, trace: TracebackType | None) -> Iterator[str
             yield from getattr(error, "__notes__", ("Interrupted.",))
         return
     hider = _hider([f.filename for f in frames]) if _is_import(error) and ours else None
-    lacks = missing(error)
+    lacks = missing(error) if hider is None else ""
     if hider is None and not lacks and not isinstance(error, RemsError):
         return
     users = [f for f in frames if is_users(f.filename)]

@@ -22,8 +22,8 @@ EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: what needs a robot of an open fabric is run by tests/firmware/emulated/test_remote.py
 #: and what drives devices, which are never twice the same, by tests/test_paper.py;
-#: what draws pictures takes long, and is run once, below
-APART = ('"remote"', "emulated", '"epuck_camera"')
+#: what draws pictures takes long, and is run once, below; so is what learns
+APART = ('"remote"', "emulated", '"epuck_camera"', "rems_net.gym")
 ALONE = [s for s in SCRIPTS if not any(w in s.read_text("utf-8") for w in APART)]
 FILES = sorted(EXAMPLES.glob("*.toml"))
 
@@ -200,3 +200,25 @@ def test_ten_simulated_robots_and_an_emulated_one_follow_each_other(copy: Path) 
         assert 0.08 < dist(found[one], found[other]) < 0.4, (one, other)
     for x, y in found.values():
         assert hypot(x, y) == pytest.approx(0.8, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rounds", "near"),
+    [(2, 1.0), pytest.param(12, 0.03, marks=pytest.mark.slow)],
+)
+def test_a_policy_is_trained(copy: Path, rounds: int, near: float) -> None:
+    """All of it ends at the goal, in three places; the start of it only ends."""
+    for library in ("gymnasium", "mujoco", "matplotlib"):
+        if not find_spec(library):
+            pytest.skip(f"{library} is not installed")
+    text = (copy / "train.py").read_text(encoding="utf-8")
+    shorter = text.replace("24, 12", f"24, {rounds}")
+    assert shorter != text or rounds == 12
+    (copy / "train.py").write_text(shorter, encoding="utf-8")
+    done = python(copy, "train.py")
+    ended(done)
+    found = re.findall(r"(\w+): ([\d.]+) m from the goal", done.stdout)
+    assert [name for name, _ in found] == ["kinematic", "mujoco", "fabric"]
+    assert max(float(away) for _, away in found) < near
+    assert found[1][1] == found[2][1]  # MuJoCo here, and on a fabric
+    assert (copy / "paths.png").stat().st_size > 5_000

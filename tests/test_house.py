@@ -22,7 +22,13 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 #: room or wing -> the rooms and wings of rems_net it may import from; a file that is
 #: in no wing of its room belongs to the room itself
 #: the packages that a user imports from
-DOORS = ("rems_net", "rems_net.units", "rems_net.bodies", "rems_net.drivers")
+DOORS = (
+    "rems_net",
+    "rems_net.units",
+    "rems_net.bodies",
+    "rems_net.drivers",
+    "rems_net.gym",
+)
 LAYERS = ("units", "fields", "trees", "wire", "values", "conversion")
 BASE = {"errors", "maths", "packing", "uncaught", "units", "defdict", "kinematics"}
 BASE |= {
@@ -89,7 +95,10 @@ ROOMS: dict[str, set[str]] = {
     "processes": WORDS | {"drivers", "drivers/kinematic", "identification"},
     "client": BASE | {"router", "agents", "agents/protocol", "engine", "teleop"},
     "identification": WORDS | {"drivers", "drivers/kinematic"},
-    # Optional; its library is in its own extra.
+    # Optional; their libraries are in extras of their own.
+    "gym": WORDS
+    | {"agents/experiment", "agents/protocol", "engine"}
+    | {"drivers", "drivers/kinematic", "drivers/physics", "defdict/units"},
     "dashboard": BASE
     | {"router", "bodies", "scenes", "recordings", "agents", "agents/protocol"}
     | {"engine", "client", "teleop", "defdict/wire"},
@@ -150,6 +159,7 @@ KEEPERS_OF_TIME = {
 WATCHERS = {"agents/clock", "agents/host", "drivers/hardware"}
 #: optional library -> the one file that may import it, or one for each purpose
 OPTIONAL: dict[str, str | tuple[str, ...]] = {
+    "gymnasium": "gym/library.py",
     "mujoco": "drivers/physics/mujoco.py",
     "pybullet": "drivers/physics/pybullet.py",
     "matplotlib": ("recordings/picture.py", "outputs/window.py"),

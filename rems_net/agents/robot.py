@@ -130,12 +130,28 @@ class Robot(Articulated, Agent):
         return state({path: initial[path] for path in state.paths})
 
     @verb
-    def reset(self) -> None:
-        """Put it back to where the experiment starts; see `rewind`."""
+    def reset(
+        self, seed: int | None = None, initial: Mapping[str, Any] | None = None
+    ) -> None:
+        """Put it back to where the experiment starts; see `rewind`.
+
+        seed: of its random numbers and its noise from now on; the same ones without it.
+        initial: where it starts from now on. Raises SchemaError for a wrong field.
+        """
+        self.begin_at(seed, initial)
         if self._world is None:
             self.rewind()
         else:
             self._world.reset([self])
+
+    def begin_at(self, seed: int | None, initial: Mapping[str, Any] | None) -> None:
+        """Set the seed and the start of the next `rewind`; None keeps what there is."""
+        if initial is not None:
+            self.initial_schema(initial)  # raises an error before anything has changed
+            self.initial = dict(initial)
+        if seed is not None:
+            runtime(self).seed = seed
+            self.__dict__.pop("random", None)
 
     def rewind(self) -> None:
         """Put the state back, and all else that the robot itself keeps."""

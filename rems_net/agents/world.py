@@ -1,6 +1,6 @@
 """World: a place that robots share, with its walls and things."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -127,8 +127,18 @@ class World(Agent):
         self._shared.before = self._follow if scene.ghosts else None
 
     @verb
-    def reset(self) -> None:
-        """Put it back to the start, with all that is in it."""
+    def reset(
+        self,
+        seed: int | None = None,
+        initial: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Put it back to the start, with all that is in it.
+
+        seed: of its robots, as in `Robot.reset`.  initial: their starts from now on, by
+        the key of the robot.
+        """
+        for robot in self._robots:
+            robot.begin_at(seed, (initial or {}).get(robot.key))
         if self._shared is not None:
             self._shared.reset(self._robots)
             self._look()

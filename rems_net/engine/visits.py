@@ -52,7 +52,7 @@ class Visits:
 
     def put(self, inlet: Inlet, value: Any, n: int, source_tick: int) -> None:
         """Note a value that was put at an In after tick n. On an open fabric, don't."""
-        if inlet.run.in_step and (self.recorders or self.send is not _nobody):
+        if inlet.run.in_step and self._noted():
             sent = [inlet.port, value, source_tick]
             text = Outside.of(n, PUT, sent, {}).text()
             self.receive(inlet.agent.key, text)
@@ -65,7 +65,7 @@ class Visits:
         def noting(*args: Any, **kwargs: Any) -> Any:
             if self.busy:
                 return method(*args, **kwargs)
-            self._note(agent, Outside.of(self.n, name, args, kwargs))
+            self._note(agent, name, args, kwargs)
             self.busy = True
             try:
                 return method(*args, **kwargs)
@@ -74,14 +74,22 @@ class Visits:
 
         return noting
 
-    def _note(self, agent: Agent, one: Outside) -> None:
+    def _note(
+        self, agent: Agent, name: str, args: Sequence[Any], kwargs: Mapping[str, Any]
+    ) -> None:
         """Pass a call on to outputs, and keep for readers what it may change."""
         for inlet in self._inlets:
             for source in inlet.sources:
                 if isinstance(source, Local) and source.own is agent.__dict__:
                     source.keep(self.n + 1)
-        self.receive(agent.key, one.text())
-        self.send(agent.key, one.text())
+        if self._noted():
+            text = Outside.of(self.n, name, args, kwargs).text()
+            self.receive(agent.key, text)
+            self.send(agent.key, text)
+
+    def _noted(self) -> bool:
+        """Return whether a call is recorded, here or in another process."""
+        return bool(self.recorders) or self.send is not _nobody
 
     def receive(self, key: str, text: str, badge: int | None = None) -> None:
         """Pass a call on to the outputs here. badge: of the process that sent it."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -89,10 +90,11 @@ def of_thing(thing: Thing) -> Outline:
     return _outline([corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
 
 
-def of_scene(scene: Scene) -> list[tuple[str, Outline]]:
+@lru_cache(maxsize=16)  # each reset of a world looks
+def of_scene(scene: Scene) -> tuple[tuple[str, Outline], ...]:
     """Return the outlines of a scene, with their names: `a wall` or `'crate'`."""
     walls = [("a wall", of_wall(wall)) for wall in scene.walls]
-    return walls + [(repr(thing.name), of_thing(thing)) for thing in scene.things]
+    return (*walls, *((repr(thing.name), of_thing(thing)) for thing in scene.things))
 
 
 def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
@@ -118,7 +120,7 @@ def check_places(
 
     keys: of the robots, for the message      places: x and y in m, heading in rad
     """
-    there = of_scene(scene)
+    there = [*of_scene(scene)]
     for key, body, place in zip(keys, bodies, places, strict=True):
         mine = body.at(place)
         if name := met(mine, there):

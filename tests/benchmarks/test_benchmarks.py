@@ -74,6 +74,7 @@ def test_every_state_is_received(size: int) -> None:
         "learning",
         "recording",
         "worlds",
+        "gym",
         "dashboard",
         "hand",
     ],

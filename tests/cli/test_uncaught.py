@@ -82,7 +82,7 @@ def test_what_is_pythons_own(folder: Path, text: str) -> None:
         (
             "rems_net.zzz",
             "rems_net has no 'zzz'. All public names are in rems_net, rems_net.units, "
-            "rems_net.bodies and rems_net.drivers.",
+            "rems_net.bodies, rems_net.drivers and rems_net.gym.",
         ),
         (
             "from rems_net.units import lenght",

@@ -1,8 +1,14 @@
 """Experiment: agents and a clock, run here."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from rems_net.agents import parts, registry
+from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.connections import check_hands
 from rems_net.agents.experiment.checking.settings import check_pace, make_folder
 from rems_net.agents.experiment.checking.surroundings import doubts
@@ -31,8 +37,19 @@ from rems_net.errors import ExperimentError
 from rems_net.events import Event, warn
 from rems_net.router.files import PROCESS, SESSION, check_files
 
+if TYPE_CHECKING:
+    from rems_net.agents.clock.clock import Clock
+    from rems_net.agents.experiment.run import Run
+
 #: name of the output that every run has
 RECORDER = "recorder"
+
+
+class Going(NamedTuple):
+    """A run whose agents have started, and its clock, which makes the ticks."""
+
+    run: Run
+    clock: Clock
 
 
 class Experiment(Lineup):
@@ -93,7 +110,7 @@ class Experiment(Lineup):
                 )
             return done
         registry.check_starts("run()")
-        self._add_recorder()
+        self.add_recorder()
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
@@ -107,6 +124,25 @@ class Experiment(Lineup):
             if nobody:
                 show.say("run", Event("warning", 0, "run", "idle", nobody))
             return run_direct(self, out, agents, ticks, show)
+        with self.going(out, agents, ticks, factor, alone, show, nobody) as going:
+            going.clock.run(ticks)
+        return going.run.result
+
+    @contextmanager
+    def going(
+        self,
+        out: Path | str | None,
+        agents: Mapping[str, Agent],
+        ticks: int,
+        pace: float,
+        alone: bool = False,
+        show: Show | None = None,
+        nobody: str = "",
+    ) -> Iterator[Going]:
+        """Start every agent in its process; the block makes the ticks by the clock.
+
+        agents: from `check`.  nobody: a warning that nothing is commanded, or "".
+        """
         for plan in self.plans.values():  # before anything is moved or printed
             for cls in plan.classes:
                 reference(cls)
@@ -131,7 +167,7 @@ class Experiment(Lineup):
         terms = Terms(
             self.dt,
             ticks,
-            factor,
+            pace,
             hosts={
                 host: frozenset(plan.key for plan in plans)
                 for host, plans in every.items()
@@ -146,12 +182,13 @@ class Experiment(Lineup):
         )
         # before the folder's lock, whose error would name another cause
         check_files(SESSION + PROCESS * len(here))
-        with own_folder(self, out, agents, show, pace=factor) as folder:
+        with own_folder(self, out, agents, show, pace=pace) as folder:
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
-            result = Run(fabric, terms, hosts, folder, offers, beside=beside).go()
-            finish(folder, result)
-        return result
+            run = Run(fabric, terms, hosts, folder, offers, beside=beside)
+            with run.going() as clock:
+                yield Going(run, clock)
+            finish(folder, run.result)
 
     @taught(ExperimentError)
     def engine(self, out: Path | str | None = None) -> Solo:
@@ -162,7 +199,7 @@ class Experiment(Lineup):
         """
         registry.end_import()
         if out is not None:
-            self._add_recorder()
+            self.add_recorder()
         agents = self.check()
         check_direct(self.plans, agents)
         folder = Path() if out is None else make_folder(out)
@@ -179,7 +216,7 @@ class Experiment(Lineup):
         ticks = self.ticks(agents) if self.ends(agents) else None
         return Solo(build, self.dt, ticks, seed=self.seed)
 
-    def _add_recorder(self) -> None:
+    def add_recorder(self) -> None:
         """Add an output that records the run, unless there is one or none is wanted.
 
         It lives with an output, or with all agents if they share a process: then it

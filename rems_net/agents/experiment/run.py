@@ -1,6 +1,8 @@
 """One run of an experiment: its router, its clock and its host processes."""
 
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,9 +25,12 @@ class Run:
 
     Hosts in the terms that `hosts` does not start join from other machines.
     out: the folder of the outputs' files.  offers: the agents that machines bring.
+    result: known when it is over.
     beside: the run's name. With it, the run uses a fabric of its own if that of its
     team has a clock already; "" for never.
     """
+
+    result: Result
 
     def __init__(
         self,
@@ -44,51 +49,60 @@ class Run:
 
     def go(self) -> Result:
         """Make all ticks. Raises AgentError, after ending everything."""
+        with self.going() as clock:
+            clock.run(self.terms.ticks)
+        return self.result
+
+    @contextmanager
+    def going(self) -> Iterator[Clock]:
+        """Start the hosts, and end them after the block, which makes the ticks.
+
+        `result` is known then. Raises AgentError, after ending everything.
+        """
         with listening(self._report):
-            return self._go()
-
-    def _go(self) -> Result:
-        terms, show = self.terms, self.hosts.show
-        if Path("rems_net.py").exists():
-            raise ExperimentError(
-                "rems_net.py, in this folder, hides rems_net from its own processes. "
-                "Rename it, for example to my_rems_net.py. (R0431)"
-            )
-        session, note = self._session()
-        self.hosts.reports = Reports(session)
-        try:
-            clock = self._clock = Clock(
-                session,
-                terms,
-                look=self._look,
-                lives=self.hosts.lives,
-                start=self.hosts.start_again,
-            )
-            clock.open()
-            show.begin(clock, terms.ticks, session.link.endpoint)
+            terms, show = self.terms, self.hosts.show
+            if Path("rems_net.py").exists():
+                raise ExperimentError(
+                    "rems_net.py, in this folder, hides rems_net from its own "
+                    "processes. Rename it, for example to my_rems_net.py. (R0431)"
+                )
+            session, note = self._session()
+            self.hosts.reports = Reports(session)
             try:
-                giving = Giving(session, self._offers)
-                return self._tick(clock, session.link, giving)
-            except BaseException as error:
-                note_end(error, clock.done, clock.dt, self.out)
-                raise
+                clock = self._clock = Clock(
+                    session,
+                    terms,
+                    look=self._look,
+                    lives=self.hosts.lives,
+                    start=self.hosts.start_again,
+                )
+                clock.open()
+                show.begin(clock, terms.ticks, session.link.endpoint)
+                try:
+                    with self._members(clock, session.link):
+                        yield clock
+                except BaseException as error:
+                    note_end(error, clock.done, clock.dt, self.out)
+                    raise
+                finally:
+                    show.end()
             finally:
-                show.end()
-        finally:
-            if note is not None:
-                note.unlink(missing_ok=True)
-            self.hosts.reports = None
-            session.close()
+                if note is not None:
+                    note.unlink(missing_ok=True)
+                self.hosts.reports = None
+                session.close()
 
-    def _tick(self, clock: Clock, link: Link, giving: Giving) -> Result:
-        """Start the hosts, make the ticks, and end the hosts, also after an error."""
+    @contextmanager
+    def _members(self, clock: Clock, link: Link) -> Iterator[None]:
+        """Start the hosts; end them after the block, also after an error."""
+        giving = Giving(clock.session, self._offers)
         try:
             self.hosts.start(link)
             clock.gather()
             giving.close()
             # existing objects stay: the collector skips them, so no tick waits
             gc.freeze()
-            clock.run(self.terms.ticks)
+            yield
         except BaseException:
             self._release(clock, patience=0.3)
             raise
@@ -97,7 +111,8 @@ class Run:
         failure = self._release(clock, patience=END)
         if failure is not None:
             raise failure
-        return Result(clock.tick.n, self.out, [Path(p) for p in clock.made()])
+        made = [Path(p) for p in clock.made()]
+        self.result = Result(clock.tick.n, self.out, made)
 
     def _release(self, clock: Clock, patience: float) -> AgentError | None:
         self._ending = True

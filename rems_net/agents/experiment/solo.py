@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from math import inf
 from threading import get_ident
@@ -18,6 +18,8 @@ from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verbs_of
 from rems_net.defdict import parse_quantity
 from rems_net.engine.engine import Engine
+from rems_net.engine.inlet import Inlet
+from rems_net.engine.visits import Visits
 from rems_net.errors import AgentError, ExperimentError, nearest
 from rems_net.events import warn
 from rems_net.maths.numerics import describe
@@ -67,6 +69,8 @@ class Solo:
         self._entries: list[Entry] = []
         #: agents that the caller has asked for
         self._noted: dict[str, Agent] = {}
+        #: ticks at which agents join
+        self._joins: set[int] = set()
         #: whether a tick was begun and not finished
         self._within = False
         self._thread = 0
@@ -89,7 +93,11 @@ class Solo:
             if isinstance(agent, Output):  # an engine has nobody to leave behind
                 runtime(agent).in_step = True
             engine.add(agent, sources, again)
+        for inlet in engine.inlets:
+            if inlet.source is None and inlet.schema is not None:
+                inlet.sources = [Given(inlet, engine.given, engine.visits)]
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
+        self._joins = {1, *(entry.since for entry in self._entries)}
         _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
@@ -137,21 +145,26 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
-        over = engine.stepped
-        with nullcontext() if over() else naming_overdue(over):
-            for n in range(self.n + 1, self.n + 1 + count):
-                if self._within:
-                    raise ExperimentError(
-                        f"tick {n} was begun and not done to its end; reset() begins "
-                        "again, and an agent does not step its own engine. (R0434)"
-                    )
-                self._within = True
-                with self._blamed(engine):
-                    if n == 1 or any(e.since == n for e in self._entries):
-                        here = {e.key: e for e in self._entries if e.since <= n}
-                        engine.connect(here)
-                    engine.step(Tick(n, time_of(n, self.dt), self.dt))
-                self.n, self._within = n, False
+        if self._within:
+            raise ExperimentError(
+                f"tick {self.n + 1} was begun and not done to its end; reset() begins "
+                "again, and an agent does not step its own engine. (R0434)"
+            )
+        with self._blamed(engine):
+            if engine.stepped():
+                self._ticks(engine, count)
+            else:
+                with naming_overdue(engine.stepped):
+                    self._ticks(engine, count)
+
+    def _ticks(self, engine: Engine, count: int) -> None:
+        dt = self.dt
+        for n in range(self.n + 1, self.n + 1 + count):
+            self._within = True
+            if n in self._joins:
+                engine.connect({e.key: e for e in self._entries if e.since <= n})
+            engine.step(Tick(n, time_of(n, dt), dt))
+            self.n, self._within = n, False
 
     def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
         """Step until the experiment ends.
@@ -197,6 +210,15 @@ class Solo:
         values: fields in the units of the In, or quantities. The agent takes them at
         its next step; a robot obeys a command for its `max_age`.
         """
+        self.put_at(self.inlet(key), values)
+
+    def put_at(self, inlet: Inlet, values: Mapping[str, Any]) -> None:
+        """Put a value at an In of `inlet()`, without a look at its key."""
+        inlet.put(values, self.n)
+        self._here().given[inlet.key] = self.n
+
+    def inlet(self, key: str) -> Inlet:
+        """Return an In that no agent writes. Raises ExperimentError for any other."""
         inlets = {i.key: i for i in self._here().inlets if i.schema}
         free = [key for key, inlet in inlets.items() if inlet.source is None]
         if key not in free:
@@ -205,10 +227,7 @@ class Solo:
                 f"{key!r} {reads or 'is no In here'}; values can be put at: "
                 f"{', '.join(free) or 'nothing'}.{nearest(key, free)} (R0434)"
             )
-        inlet = inlets[key]
-        inlet.put(values, self.n)
-        put = inlet.agent.__dict__[inlet.port]
-        self._here().visits.put(inlet, put, self.n, self.n)
+        return inlets[key]
 
     def stop(self) -> None:
         """Hold every robot at its safe command, as `rems stop` does."""
@@ -255,3 +274,20 @@ def _warn_of_numerics(*physics: str) -> None:
             f"this process was not started pinned: the last digits of "
             f"{' and '.join(physics)} may differ from those of `rems run`.",
         )
+
+
+class Given:
+    """The caller of an engine, who has put a value at an In: a source of `Solo`."""
+
+    key, label = "", "the program that steps the engine"
+    entry: Entry | None = None
+
+    def __init__(self, inlet: Inlet, given: MutableMapping[str, Any], visits: Visits):
+        self._inlet, self._given, self._visits = inlet, given, visits
+
+    def take(self, tick: Tick) -> None:
+        """Note the value, which is there already, at the step that takes it."""
+        source_tick = self._given.pop(self._inlet.key, None)
+        if source_tick is not None:
+            value = self._inlet.agent.__dict__[self._inlet.port]
+            self._visits.put(self._inlet, value, tick.n - 1, source_tick)

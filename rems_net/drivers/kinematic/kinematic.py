@@ -19,6 +19,7 @@ from rems_net.scenes.scene import Scene
 
 if TYPE_CHECKING:
     from rems_net.drivers.kinematic.correction import Correction
+    from rems_net.drivers.kinematic.swarm import Swarm
     from rems_net.drivers.kinematic.world import KinematicWorld
 
 
@@ -133,6 +134,12 @@ class Kinematic(Model):
     @classmethod
     def swarm(cls, robots: Sequence[Robot]) -> Callable[[Tick], None] | None:
         """Return a step for all as arrays; None if their mathematics takes none."""
+        made = cls.columns(robots) if len(robots) > 1 else None
+        return made.step if made else None
+
+    @classmethod
+    def columns(cls, robots: Sequence[Robot]) -> Swarm | None:
+        """Return what computes these robots as arrays; None if arrays do not fit."""
         own = ("step", "obey", "acting", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):
             return None  # the subclass's method does more than the step of arrays
@@ -145,8 +152,7 @@ class Kinematic(Model):
         from rems_net.drivers.kinematic.swarm import Swarm
 
         kinematic = [r for r in robots if isinstance(r, Model)]
-        made = Swarm.of(kinematic) if len(kinematic) == len(robots) > 1 else None
-        return made.step if made else None
+        return Swarm.of(kinematic) if len(kinematic) == len(robots) else None
 
 
 def _plain(value: Any) -> Any:

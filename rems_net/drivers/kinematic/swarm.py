@@ -77,21 +77,27 @@ class Swarm:
         command = _gather(self.command, acting)
         state = _gather(self.state, self._values("state"))
         first, integration = self.first, self.integration
-        h = tick.dt / integration.count
         if not integration.told:
-            self._compare(state, command, h, tick.dt)
-        for _ in range(integration.count):
-            mean = integration.mean(state, command, h)
-            gone = first.advanced(state, command, h) if first.advanced else None
-            state = ahead(state, mean, h)
-            if gone:
-                state = Columns({**state, **gone})
+            self._compare(state, command, tick.dt / integration.count, tick.dt)
+        state = self.moved(state, command, tick.dt)
         self._scatter("state", state, tick.dt)
         if first.read is not None:
             sensors = first.read(state, command)
             if first.accelerometers:
                 sensors = {**self._feel(state, command, tick.dt), **sensors}
             self._scatter("sensors", sensors, tick.dt)
+
+    def moved(self, state: Columns, command: Columns, dt: float) -> Columns:
+        """Return the state after `dt` seconds of the command."""
+        first, integration = self.first, self.integration
+        h = dt / integration.count
+        for _ in range(integration.count):
+            mean = integration.mean(state, command, h)
+            gone = first.advanced(state, command, h) if first.advanced else None
+            state = ahead(state, mean, h)
+            if gone:
+                state = Columns({**state, **gone})
+        return state
 
     def _compare(self, state: Columns, command: Columns, h: float, dt: float) -> None:
         """Warn, once for the swarm, if steps are too long for one of its robots."""
@@ -118,17 +124,27 @@ class Swarm:
         """Copy the columns to the robots' values, as strictly as one by one."""
         values = self._values(port)
         schema = values[0].schema
-        table = np.empty((len(values), len(schema.paths)))
-        for i, path in enumerate(schema.paths):
-            table[:, i] = columns[path]
-        low, high = self._limits[port]
-        fits = (table >= low) & (table <= high)  # False for NaN too
+        table, bad = self.table(port, columns, len(values))
         rows = table.tolist()
-        if not fits.all():
-            bad = int(np.argmin(fits.all(axis=1)))
+        if bad >= 0:
             row = dict(zip(schema.paths, rows[bad], strict=True))
             refuse(self.robots[bad], port, row, dt)
         scatter(rows, values)
+
+    def table(
+        self, port: str, columns: Mapping[str, Any], count: int
+    ) -> tuple[Floats, int]:
+        """Return columns as rows (count, fields), and the first row beyond its limits.
+
+        That is -1 if all rows fit.
+        """
+        paths = getattr(self.first, port).schema.paths
+        table = np.empty((count, len(paths)))
+        for i, path in enumerate(paths):
+            table[:, i] = columns[path]
+        low, high = self._limits[port]
+        fits = (table >= low) & (table <= high)  # False for NaN too
+        return table, -1 if fits.all() else int(np.argmin(fits.all(axis=1)))
 
     def _values(self, port: str) -> list[DefDict]:
         """Return a port's live values; not by attribute, which would mark them set."""

@@ -140,10 +140,14 @@ class KinematicWorld:
     def reset(self, robots: Sequence[Model]) -> None:
         """Put robots back to their start poses.
 
-        Raises AgentError if another robot stands where one of them starts.
+        Raises AgentError if another robot stands where one of them starts, SchemaError
+        if something else does.
         """
         numbers = [self.robots.index(robot) for robot in robots]
         others = self._but(*numbers)
+        bodies = [self._outlines[number] for number in numbers]
+        starts = [_start(robot, robot.begins()) for robot in robots]
+        check_places([robot.key for robot in robots], bodies, starts, self.scene)
         for robot, number in zip(robots, numbers, strict=True):
             start = _start(robot, robot.begins())
             check_free(robot.key, self._outlines[number], start, others)

@@ -177,6 +177,8 @@ class _Engine:
         # from which its solver starts; all else is computed from it, and begins at 0.
         self._mujoco.mj_resetData(self._model, self._data)
         self._mujoco.mj_setState(self._model, self._data, self._kept, self._all)
+        for instance in self.instances:
+            instance.stay()
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def thing(self, number: int) -> tuple[Array, Array]:
@@ -279,6 +281,14 @@ class _Instance:
 
     def keep(self) -> None:
         self._kept = [numbers.copy() for numbers in self._numbers()]
+        model, body = self._model, self.body
+        self._place = model.body_pos[body].copy(), model.body_quat[body].copy()
+
+    def stay(self) -> None:
+        """Put a body that is bolted down back to its kept place, in the model."""
+        if not self.free:
+            model, body = self._model, self.body
+            model.body_pos[body], model.body_quat[body] = self._place
 
     def restore(self) -> None:
         for numbers, kept in zip(self._numbers(), self._kept, strict=True):

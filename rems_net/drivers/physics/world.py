@@ -12,7 +12,7 @@ from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.reading import Moment
 from rems_net.errors import AgentError
-from rems_net.scenes.outline import Pose, check_free
+from rems_net.scenes.outline import Pose, check_free, check_places
 from rems_net.scenes.scene import Scene
 
 Build = Callable[[Sequence[Body], Scene], Engine]
@@ -39,6 +39,7 @@ class PhysicsWorld:
         self._serving = [n for n, member in enumerate(members) if member.servos]
         #: the longest step of the engine, s
         self._step = step
+        self._uneven = bool(scene.mjcf) or any(thing.pitch for thing in scene.things)
         self._engine: Engine | None = None
         self._starts: list[tuple[float, ...]] = []
 
@@ -116,13 +117,19 @@ class PhysicsWorld:
     def reset(self, robots: Sequence[Robot]) -> None:
         """Put robots back to their start; with all of them, everything else, too.
 
-        Raises AgentError if another robot stands where one of them starts.
+        Raises AgentError if another robot stands where one of them starts, SchemaError
+        if something else does.
         """
         back = [member for member in self.members if member.robot in robots]
         others = [member for member in self.members if member not in back]
-        for member in back:
+        for member in back if others else ():
             places = [(one.robot.key, one.outline.at(one.where())) for one in others]
             check_free(member.robot.key, member.outline, member.beginning(), places)
+        if not others and len(back) > 1:
+            keys = [member.robot.key for member in back]
+            bodies = [member.outline for member in back]
+            starts = [member.beginning() for member in back]
+            check_places(keys, bodies, starts, self.scene)
         for member in back:
             member.robot.rewind()
         engine = self._engine
@@ -133,12 +140,13 @@ class PhysicsWorld:
             for member in back:
                 member.instance.restore()
             self._put(engine, away)
-        elif away:  # a robot has another initial pose now
+        elif away and self._uneven:  # a robot comes to rest there in its own way
             self.close()
             self.open()
             return
         else:
             engine.restore()
+            self._put(engine, away)
             self._haunt(engine)
         self._look(back)
 

@@ -62,9 +62,8 @@ def test_nothing_is_built(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> No
             drive(robot, 1, 0.5)
             robot.reset()
         assert len(built) == 1
-        robot.initial = {"x": 0.1}  # only for another beginning
-        robot.reset()
-        assert len(built) == 2
+        robot.reset(initial={"x": 0.1})  # nor for another beginning
+        assert len(built) == 1
         assert robot.state["x"] == 0.1
         drive(robot, 0, 0)
         assert robot.state["x"] == pytest.approx(0.1, abs=1e-4)

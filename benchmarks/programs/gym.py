@@ -1,0 +1,142 @@
+"""Environments beside the engine, bare MuJoCo, and each other, in one process.
+
+python -m benchmarks.programs.gym STEPS COPIES
+
+The ways take turns, and the fastest of some rounds counts: it was disturbed the least.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import rems_net.gym
+from rems_net import Experiment, Input, Out, Tick, Woodbot
+from rems_net.libraries import load
+
+ROUNDS = 5
+STATE, SENSORS = "robot/sim/state", "robot/sim/sensors"
+PORTS: dict[str, Any] = {"act": "robot/sim/command", "observe": STATE}
+COMMAND = {"wheel/left": 3.0, "wheel/right": 2.0}
+START = {"robot/sim.x": "-10..10 cm", "robot/sim.heading": "-180..180 deg"}
+Way = Callable[[int], object]
+
+
+class Steady(Input):
+    """An input that sends the same command at every tick."""
+
+    value = Out(Woodbot.command)
+
+    def read(self, tick: Tick) -> dict[str, float]:
+        return COMMAND
+
+
+def lab(driver: str, **more: Any) -> Experiment:
+    made = Experiment("gym", dt="10 ms", duration=1e5, record=False)
+    made.robot("sim", "woodbot", driver, **more)
+    return made
+
+
+def stepping(env: Any, action: Any) -> Way:
+    """Return what takes that many steps of an environment."""
+    env.reset(seed=1)
+
+    def go(steps: int) -> None:
+        for _ in range(steps):
+            env.step(action)
+
+    return go
+
+
+def by_hand(engine: Any) -> Way:
+    """Return what an environment does, in the words of an engine."""
+    sim = engine["robot/sim"]
+
+    def go(steps: int) -> None:
+        for _ in range(steps):
+            engine.put("robot/sim/command", COMMAND)
+            engine.step()
+            np.array(sim.state.leaves())
+
+    return go
+
+
+def resetting(env: Any) -> Way:
+    def go(steps: int) -> None:
+        for seed in range(steps):
+            env.reset(seed=seed)
+
+    return go
+
+
+def bare(env: Any) -> Way:
+    """Return what takes ticks of bare mj_step, in the model of an environment."""
+    world: Any = env._stage._engine["robot/sim"]._world
+    mujoco, engine = load("mujoco", "mujoco"), world._engine
+
+    def go(steps: int) -> None:
+        for _ in range(steps):
+            mujoco.mj_step(engine._model, engine._data, 10)
+
+    return go
+
+
+def rates(ways: dict[str, Way], steps: int) -> dict[str, float]:
+    """Return the steps a second of each way, in its fastest round."""
+    found = dict.fromkeys(ways, 0.0)
+    for _ in range(ROUNDS):
+        for name, way in ways.items():
+            begun = time.perf_counter()
+            way(steps)
+            rate = steps / (time.perf_counter() - begun)
+            found[name] = max(found[name], rate)
+    return found
+
+
+def main() -> None:
+    steps, copies = int(sys.argv[1]), int(sys.argv[2])
+    make, action = rems_net.gym.make, np.array([3.0, 2.0])
+    with_input = lab("kinematic", command="input/steady")
+    with_input.input("steady", Steady)
+    seen = {**PORTS, "observe": [STATE, SENSORS]}
+    plain = lab("kinematic").engine().open()
+    ticking = with_input.engine().open()
+    found = rates(
+        {
+            "engine": by_hand(plain),
+            "env": stepping(make(lab("kinematic"), **PORTS), action),
+            "input": ticking.step,
+        },
+        steps,
+    )
+    many = make(lab("kinematic"), vector=copies, **seen)
+    one = stepping(make(lab("kinematic"), **seen), action)
+    actions = np.tile(action, (copies, 1))
+    some = rates({"columns": stepping(many, actions), "one": one}, max(1, steps // 20))
+    found |= {"columns": some["columns"] * copies, "one": some["one"]}
+    if find_spec("mujoco") is not None:
+        env = make(lab("mujoco"), start=START, **seen)
+        ways = {"mujoco": stepping(env, action), "bare": bare(env)}
+        threads = make(lab("mujoco"), vector=8, **seen)
+        ways["threads"] = stepping(threads, actions[:8])
+        some = rates(ways, max(1, steps // 10))
+        found |= some | {"threads": some["threads"] * 8}
+        found["reset"] = rates({"reset": resetting(env)}, max(1, steps // 10))["reset"]
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder, "out")
+        fabric = make(lab("kinematic", host="one"), fabric=True, out=out, **PORTS)
+        found |= rates({"fabric": stepping(fabric, action)}, steps)
+        fabric.close()
+    print(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+"""Env: one environment, in Gymnasium's terms, on a stage of robots."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from rems_net.defdict import DefDict
+from rems_net.errors import ExperimentError
+from rems_net.gym.direct import Stage
+from rems_net.gym.library import Env
+from rems_net.gym.spaces import Layout
+from rems_net.gym.task import Moment, Names, Task
+
+#: Seeds of episodes are smaller than this.
+SEEDS = 2**31
+
+
+class Given:
+    """The settings of an environment, checked.
+
+    act, observe: layouts of actions and observations.  task: rewards, ends, starts.
+    steps: number of steps after which an episode is cut off; 0 for never.  clip:
+    whether an action out of range is limited.  seed: of the first episode without one.
+    """
+
+    def __init__(
+        self,
+        act: Layout,
+        observe: Layout,
+        task: Task,
+        *,
+        steps: int,
+        clip: bool,
+        seed: int,
+    ):
+        self.act, self.observe, self.task = act, observe, task
+        self.steps, self.clip, self.seed = steps, clip, seed
+        self.names = Names({**observe.schemas, **act.schemas})
+        self.units = {**act.units, **observe.units}
+
+
+class RobotEnv(Env[Any, Any]):
+    """Robots of an experiment as an environment.
+
+    stage: opens the stage; its argument is the folder of a recording, or None.
+    units: of each field by its key, in the order of actions, then of observations.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012 - of Gymnasium
+
+    def __init__(self, given: Given, stage: Callable[[Path | str | None], Stage]):
+        self.given, self._make = given, stage
+        self.action_space, self.observation_space = given.act.space, given.observe.space
+        self.units = given.units
+        self._stage: Stage | None = None
+        self._special = False
+        self._steps = -1
+        self._acts, self._keys = [*given.act.schemas], [*given.observe.schemas]
+        self._acted: list[DefDict] = []
+        self._seen: list[DefDict] = []
+        self._now: Moment | None = None
+        self._task = None if type(given.task) is Task else given.task
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; the same seed gives the same one.
+
+        options: {"record": "runs/one"} records this episode alone, in that folder;
+        {"start": {"robot/sim": {"x": 0.1}}} sets where robots start.
+        """
+        if seed is None and self._steps < 0:
+            seed = self.given.seed
+        super().reset(seed=seed)
+        own = seed
+        if own is None:
+            own = int(self.np_random.integers(SEEDS))
+        options = options or {}
+        stage = self._staged(options.get("record"))
+        starts = options.get("start")
+        if starts is None:
+            starts = self.given.task.start(Random(f"{own} start"))
+        stage.begin(own, starts)
+        self._steps = 0
+        self._look(stage, [schema() for schema in self.given.act.schemas.values()])
+        return self.given.observe.read(self._seen), {}
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Act for one step. Raises FieldValueError for an action that does not fit."""
+        given, task = self.given, self._task
+        before = None if task is None else self.now
+        cut = self.advance(given.act.take(action, clip=given.clip))
+        observation = given.observe.read(self._seen)
+        if task is None or before is None:
+            return observation, 0.0, False, cut, {}
+        reward = float(task.reward(self.now, before))
+        return observation, reward, bool(task.ends(self.now)), cut, {}
+
+    def advance(self, actions: list[DefDict]) -> bool:
+        """Let the robots act for one step. Returns whether the episode is cut off."""
+        stage = self._stage
+        if stage is None or self._steps < 0:
+            raise ExperimentError(
+                "step() comes before the first reset(): begin with "
+                "`observation, info = env.reset(seed=1)`. (R0927)"
+            )
+        stage.step(actions)
+        self._look(stage, actions)
+        self._steps += 1
+        return self._steps == self.given.steps
+
+    def close(self) -> None:
+        """Close the stage; a recording is complete then."""
+        stage, self._stage, self._steps = self._stage, None, -1
+        if stage is not None:
+            stage.close()
+
+    def _staged(self, record: Path | str | None) -> Stage:
+        """Return the stage: one of its own for an episode that is recorded."""
+        if self._stage is not None and (record is not None or self._special):
+            self.close()
+        if self._stage is None:
+            self._stage = self._make(record)
+            self._special = record is not None
+        return self._stage
+
+    @property
+    def now(self) -> Moment:
+        """The moment of the newest observation."""
+        if self._now is None:
+            ports: dict[str, Any] = dict(zip(self._acts, self._acted, strict=True))
+            ports.update(zip(self._keys, self._seen, strict=True))
+            self._now = Moment(self.given.names, ports)
+        return self._now
+
+    def _look(self, stage: Stage, actions: list[DefDict]) -> None:
+        self._acted, self._seen, self._now = actions, stage.values(), None

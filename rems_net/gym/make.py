@@ -1,0 +1,285 @@
+"""Make: environments from experiments."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.file import load
+from rems_net.agents.robot import Robot
+from rems_net.arguments import taught
+from rems_net.defdict import Schema, parse_quantity
+from rems_net.errors import ExperimentError
+from rems_net.gym.direct import Direct, Stage
+from rems_net.gym.env import Given, RobotEnv
+from rems_net.gym.expression import Value, compiled
+from rems_net.gym.fabric import OnFabric
+from rems_net.gym.offered import Ports, check_here, checked
+from rems_net.gym.spaces import Layout
+from rems_net.gym.task import Drawn, Moment, Names, Task
+from rems_net.gym.vector import AsColumns, AsStages, VectorRobots
+
+if TYPE_CHECKING:
+    from rems_net.gym.parallel import ParallelRobots
+
+Keys = str | Sequence[str]
+
+
+@taught(ExperimentError, done="ends=", terminated="ends=", duration="limit=")
+def make(
+    lab: Path | str | Experiment,
+    *,
+    act: Keys,
+    observe: Keys,
+    task: Task | type[Task] | None = None,
+    reward: str = "",
+    ends: str = "",
+    start: Mapping[str, Any] | None = None,
+    limit: float | str | None = None,
+    normalise: bool = False,
+    clip: bool = False,
+    ticks: int = 0,
+    out: Path | str | None = None,
+    fabric: bool = False,
+    vector: int = 0,
+    render_mode: None = None,
+) -> Any:
+    """Return an experiment as an environment of Gymnasium.
+
+    lab: a file such as "lab.toml", or an Experiment.  act: keys of what is commanded,
+    such as "robot/sim/command".  observe: keys of the ports that are read.
+    task: the reward, end and start, as a class; or, in its place, expressions with
+    units: reward="before.x - x", ends="x > 1 m", start={"robot/sim.x": "-10..10 cm"}.
+    limit: fabric time after which an episode is cut off; the experiment's duration if
+    it has one.  normalise: numbers that have a range go from -1 to 1.
+    clip: limit an action to its range; otherwise it is refused.
+    ticks: of one step; 0 for as many as all agents need to step once.
+    out: folder in which all episodes are recorded.
+    fabric: run the agents in processes, on a fabric, as `rems run` does: for devices,
+    and for people who watch.
+    vector: return a VectorEnv of so many copies; by default, a single Env. Kinematic
+    robots without noise are computed as arrays, others by threads. Raises
+    ExperimentError.
+    """
+    lab = _loaded(lab, fabric)
+    ports = checked(lab, _keys(act, "act"), _keys(observe, "observe"))
+    made = _task(task, reward, ends, start, ports)
+    steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
+    given = _given(lab, ports, made, steps, normalise=normalise, clip=clip)
+    if vector:
+        return _many(vector, lab, given, _ticks(ticks, ports.every), out, fabric)
+    return _env(lab, ports, given, ticks, out, fabric)
+
+
+def _many(
+    count: int,
+    lab: Experiment,
+    given: Given,
+    ticks: int,
+    out: Path | str | None,
+    fabric: bool,
+) -> VectorRobots:
+    """Return many copies: as columns if they are kinematic robots, alone and exact."""
+    if type(count) is not int or count < 1 or out is not None or fabric:
+        raise ExperimentError(
+            f"vector is {count!r}, with out={out!r} and fabric={fabric}; expected a "
+            "whole number from 1, and neither of the others: they are for one "
+            "environment. (R0929)"
+        )
+    acts, looks = [*given.act.schemas], [*given.observe.schemas]
+    robot, *others = lab.check().values()
+    alone = not others and acts == [f"{robot.key}/command"]
+    if alone and isinstance(robot, Robot) and AsColumns.fit(robot, looks):
+        return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
+    several = AsStages(lambda: Direct(lab, acts, looks, ticks), given, count)
+    return VectorRobots(given, count, several)
+
+
+def _loaded(lab: Path | str | Experiment, fabric: bool) -> Experiment:
+    lab = lab if isinstance(lab, Experiment) else load(lab)
+    if not fabric:
+        check_here(lab.check())
+    return lab
+
+
+def _given(
+    lab: Experiment,
+    ports: Ports,
+    task: Task,
+    steps: int,
+    *,
+    normalise: bool,
+    clip: bool,
+) -> Given:
+    return Given(
+        Layout(ports.act, normalise=normalise, acts=True),
+        Layout(ports.observe, normalise=normalise, acts=False),
+        task,
+        steps=steps,
+        clip=clip,
+        seed=lab.seed,
+    )
+
+
+def _env(
+    lab: Experiment,
+    ports: Ports,
+    given: Given,
+    ticks: int,
+    out: Path | str | None,
+    fabric: bool,
+) -> RobotEnv:
+    ticks = _ticks(ticks, ports.every)
+
+    def stage(record: Path | str | None) -> Stage:
+        if fabric:
+            return OnFabric(lab, ports, ticks, record or out)
+        return Direct(lab, [*ports.act], [*ports.observe], ticks, record or out)
+
+    return RobotEnv(given, stage)
+
+
+@taught(ExperimentError)
+def make_parallel(
+    lab: Path | str | Experiment,
+    *,
+    act: Mapping[str, Keys],
+    observe: Mapping[str, Keys],
+    task: Mapping[str, Task] | None = None,
+    reward: Mapping[str, str] | None = None,
+    ends: Mapping[str, str] | None = None,
+    start: Mapping[str, Any] | None = None,
+    limit: float | str | None = None,
+    normalise: bool = False,
+    clip: bool = False,
+    ticks: int = 0,
+    out: Path | str | None = None,
+    fabric: bool = False,
+) -> "ParallelRobots":
+    """Return an experiment as a parallel environment of PettingZoo.
+
+    act, observe, task, reward, ends: those of each agent, by its name; the rest is as
+    in `make`. The start is drawn from `start`, or by the first agent's task.
+    """
+    # Imported here: it needs PettingZoo.
+    from rems_net.gym.parallel import parallel
+
+    lab = _loaded(lab, fabric)
+    if {*act} != {*observe} or not act:
+        raise ExperimentError(
+            f"act is of {', '.join(act)} and observe of {', '.join(observe)}; expected "
+            "both of the same agents. (R0926)"
+        )
+    acts = {name: _keys(keys, f"act of {name}") for name, keys in act.items()}
+    looks = {name: _keys(observe[name], f"observe of {name}") for name in act}
+    every = _keys([key for keys in acts.values() for key in keys], "act")
+    seen = [*dict.fromkeys(key for keys in looks.values() for key in keys)]
+    ports = checked(lab, every, seen)
+    steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
+    each: dict[str, Given] = {}
+    for name in act:
+        mine = checked(lab, acts[name], looks[name])
+        tasks = (task or {}).get(name), (reward or {}).get(name, "")
+        made = _task(*tasks, (ends or {}).get(name, ""), None, mine)
+        each[name] = _given(lab, mine, made, steps, normalise=normalise, clip=clip)
+    begins = (
+        next(iter(each.values())).task if task else Drawn(start or {}, ports.starts)
+    )
+    whole = _given(lab, ports, begins, steps, normalise=False, clip=clip)
+    return parallel(each, _env(lab, ports, whole, ticks, out, fabric))
+
+
+def woodbot(**settings: Any) -> Any:
+    """Return a kinematic Woodbot that drives to 0.25 m ahead within 10 s."""
+    lab = Experiment("woodbot", dt="50 ms")
+    lab.robot("sim", "woodbot", "kinematic")
+    usual: dict[str, Any] = {
+        "act": "robot/sim/command",
+        "observe": "robot/sim/state",
+        "reward": "hypot(before.x - 25 cm, before.y) - hypot(x - 25 cm, y)",
+        "ends": "hypot(x - 25 cm, y) < 2 cm",
+        "limit": "10 s",
+        "normalise": True,
+    }
+    return make(lab, **{**usual, **settings})
+
+
+def _keys(given: Keys, what: str) -> list[str]:
+    keys = [given] if isinstance(given, str) else [*given]
+    if all(isinstance(key, str) for key in keys) and len({*keys}) == len(keys):
+        return keys
+    raise ExperimentError(
+        f"{what} is {given!r:.80}; expected a key or a list of different keys, such as "
+        "'robot/sim/state'. (R0926)"
+    )
+
+
+class Written(Task):
+    """A task of expressions."""
+
+    def __init__(self, reward: str, ends: str, names: Names, start: Task):
+        self._reward: Value | None = None
+        self._ends: Value | None = None
+        if reward:
+            self._reward = compiled(reward, names, "reward")
+        if ends:
+            self._ends = compiled(ends, names, "ends")
+        self.start = start.start  # type: ignore[method-assign]
+
+    def reward(self, now: Moment, before: Moment) -> Any:
+        """Return the value of the expression, in SI units."""
+        return 0.0 if self._reward is None else self._reward(now, before)
+
+    def ends(self, now: Moment) -> Any:
+        """Return the value of the expression."""
+        return False if self._ends is None else self._ends(now, now)
+
+
+def _task(
+    task: Task | type[Task] | None,
+    reward: str,
+    ends: str,
+    start: Mapping[str, Any] | None,
+    ports: Ports,
+) -> Task:
+    if task is not None:
+        made = task() if isinstance(task, type) else task
+        if reward or ends or start or not isinstance(made, Task):
+            raise ExperimentError(
+                f"task is {task!r:.60}; expected a class below rems_net.gym.Task, and "
+                "reward, ends and start as its methods. (R0926)"
+            )
+        return made
+    begins = Drawn(start or {}, ports.starts)
+    if not (reward or ends or start):
+        return Task()
+    schemas: dict[str, Schema] = {**ports.observe, **ports.act}
+    return Written(reward, ends, Names(schemas), begins)
+
+
+def _ticks(given: int, every: int) -> int:
+    if type(given) is not int or given < 0 or given % every:
+        raise ExperimentError(
+            f"ticks is {given!r}; expected a number of ticks in which every agent has "
+            f"stepped: {every}, or a multiple. (R0926)"
+        )
+    return given or every
+
+
+def _steps(limit: float | str | None, lab: Experiment, ticks: int, ends: bool) -> int:
+    """Return the steps of an episode; 0 if only the task ends it."""
+    seconds = lab.duration if limit is None else parse_quantity(limit, "s", "limit")
+    if seconds is None:
+        if ends:
+            return 0
+        raise ExperimentError(
+            "no episode would end: write ends='x > 1 m' or limit='10 s', or give the "
+            "experiment a duration. (R0920)"
+        )
+    steps = round(seconds / (lab.dt * ticks))
+    if steps < 1:
+        raise ExperimentError(
+            f"limit is {seconds:g} s, less than one step of {lab.dt * ticks:g} s. "
+            "(R0920)"
+        )
+    return steps

@@ -1,0 +1,136 @@
+"""Task: the reward, the end and the start of an episode."""
+
+from collections.abc import Mapping, Sequence
+from random import Random
+from typing import Any
+
+from rems_net.defdict import Field, Schema, parse_quantity
+from rems_net.errors import ExperimentError, UnknownFieldError, nearest
+
+
+class Names:
+    """The fields of some ports, by any end of their keys that is one field's only.
+
+    `x` is the only field with the path `x`; `compass/x` may stand beside it.
+    """
+
+    def __init__(self, schemas: Mapping[str, Schema]):
+        #: key of the field -> key of its port, path and field
+        self.fields = {
+            f"{key}/{path}": (key, path, field)
+            for key, schema in schemas.items()
+            for path, field in schema.rows()
+        }
+        self._found: dict[str, tuple[str, str, Field]] = {}
+
+    def find(self, name: str) -> tuple[str, str, Field]:
+        """Return port, path and field of a name. Raises UnknownFieldError."""
+        if name not in self._found:
+            whole = [k for k, (_, path, _) in self.fields.items() if path == name]
+            ends = [k for k in self.fields if k == name or k.endswith(f"/{name}")]
+            ends = whole if len(whole) == 1 else ends
+            if len(ends) != 1:
+                known = ends or self.fields
+                which = "there is" if not ends else "write more of its key, such as"
+                raise UnknownFieldError(
+                    f"{name!r} is {'no field' if not ends else 'several fields'} of "
+                    f"this environment; {which} {', '.join(known)}."
+                    f"{'' if ends else nearest(name, known)} (R0925)"
+                )
+            self._found[name] = self.fields[ends[0]]
+        return self._found[name]
+
+
+class Moment:
+    """The values of an environment's ports at one tick, in the units of their fields.
+
+    `now["x"]`, `now["state/x"]` and `now["robot/sim/state/x"]` are the same if no other
+    field ends so. In an environment of many robots, values are arrays of all of them.
+    """
+
+    __slots__ = ("_names", "_ports")
+
+    def __init__(self, names: Names, ports: Mapping[str, Any]):
+        self._names, self._ports = names, ports
+
+    def __getitem__(self, name: str) -> Any:
+        port, path, _ = self._names.find(name)
+        return self._ports[port][path]
+
+    def port(self, key: str) -> Any:
+        """Return a whole port by its key, such as `robot/sim/state`."""
+        return self._ports[key]
+
+
+class Task:
+    """A thing to learn: write those of its methods that differ from these."""
+
+    def reward(self, now: Moment, before: Moment) -> Any:
+        """Return the reward of the step from `before` to `now`."""
+        return 0.0
+
+    def ends(self, now: Moment) -> Any:
+        """Return whether the episode is over: the goal is reached, or it has failed."""
+        return False
+
+    def start(self, random: Random) -> Mapping[str, Mapping[str, Any]]:
+        """Return initial values, by robot: {"robot/sim": {"x": 0.1}}.
+
+        random: made from the episode's seed; take all random numbers from it.
+        """
+        return {}
+
+
+class Drawn(Task):
+    """A task whose start is drawn from ranges such as {"robot/sim.x": "-10..10 cm"}."""
+
+    def __init__(self, ranges: Mapping[str, Any], schemas: Mapping[str, Schema]):
+        self._ranges = [
+            _range(where, given, schemas) for where, given in ranges.items()
+        ]
+
+    def start(self, random: Random) -> Mapping[str, Mapping[str, Any]]:
+        """Return a value of each range."""
+        found: dict[str, dict[str, Any]] = {}
+        for robot, path, low, high in self._ranges:
+            drawn = low + (high - low) * random.random()
+            found.setdefault(robot, {})[path] = drawn
+        return found
+
+
+def _range(
+    where: str, given: object, schemas: Mapping[str, Schema]
+) -> tuple[str, str, float, float]:
+    """Return robot, path, and both ends of a range in the unit of its field."""
+    robot, dot, path = where.partition(".")
+    if not dot or robot not in schemas:
+        raise ExperimentError(
+            f"start has {where!r}; expected a robot and a field of its state, such as "
+            f"{next(iter(schemas), 'robot/sim')}.x.{nearest(robot, schemas)} (R0926)"
+        )
+    field = schemas[robot].find(path)
+    if not isinstance(field, Field) or field.dtype != "float" or field.shape:
+        raise ExperimentError(
+            f"start has {where!r}, and {robot} has no number {path!r} in its start; it "
+            f"has {', '.join(schemas[robot].paths)}."
+            f"{nearest(path, schemas[robot].paths)} (R0926)"
+        )
+    low, high = _ends(where, given, field.unit)
+    if not low <= high:
+        raise ExperimentError(
+            f"start of {where} is {given!r}; expected the lower end first. (R0926)"
+        )
+    return robot, path, low, high
+
+
+def _ends(where: str, given: object, unit: str) -> Sequence[float]:
+    if isinstance(given, str) and ".." in given:
+        first, _, last = given.partition("..")
+        high = last.strip()
+        own = high.lstrip("+-0123456789.eE ")  # "-10..10 cm" has its unit once
+        low = first if first.strip().lstrip("+-0123456789.eE ") else f"{first} {own}"
+        ends = [one.strip() for one in (low, high)]
+        numbers = [float(one) if not own else one for one in ends]
+        return [parse_quantity(one, unit, f"start of {where}") for one in numbers]
+    both = given if isinstance(given, list | tuple) and len(given) == 2 else [given] * 2
+    return [parse_quantity(one, unit, f"start of {where}") for one in both]
