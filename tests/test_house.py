@@ -86,6 +86,8 @@ ROOMS: dict[str, set[str]] = {
     "outputs": WORDS,
     "client": BASE | {"router", "agents", "agents/protocol", "engine", "teleop"},
     "identification": WORDS | {"drivers", "drivers/kinematic"},
+    # Many runs of one experiment, by engines in other processes.
+    "sweeps": WORDS | {"agents/protocol", "agents/experiment", "engine"},
     # Optional; its library is in its own extra.
     "dashboard": BASE
     | {"router", "bodies", "scenes", "recordings", "agents", "agents/protocol"}
@@ -108,6 +110,7 @@ ROOMS: dict[str, set[str]] = {
         "emulators",
         "drivers/hardware",
         "testing",
+        "sweeps",
     }
     | {"drivers", "explain"},
     "demo": set(),
@@ -157,6 +160,8 @@ OPTIONAL: dict[str, str | tuple[str, ...]] = {
     "serial": "drivers/hardware/holder.py",
     "websockets": ("drivers/hardware/websocket.py", "dashboard/server.py"),
     "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",
+    "distributed": "sweeps/on_dask.py",
+    "ray": "sweeps/on_ray.py",
 }
 
 

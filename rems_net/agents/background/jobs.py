@@ -19,7 +19,7 @@ from rems_net.errors import SchemaError
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
-    from rems_net.agents.background.worker import Worker
+    from rems_net.agents.background.worker import Workers
 
 Then = Callable[[Any], None]
 
@@ -34,8 +34,7 @@ class Jobs:
         #: whether a job was ever submitted
         self.any = False
         self._pools: dict[bool, ThreadPoolExecutor] = {}
-        self._idle: SimpleQueue[Worker] = SimpleQueue()
-        self._workers: list[Worker] = []
+        self._workers: Workers | None = None
         self._done: SimpleQueue[tuple[Future[Any], Then | None, Then | None]] = (
             SimpleQueue()
         )
@@ -72,25 +71,14 @@ class Jobs:
                     f"{name} is defined inside a function, where another process "
                     "cannot find it; define it at the top of the file. (R0427)"
                 )
-            future = self._pools[True].submit(self._in_process, function, args)
+            if self._workers is None:
+                from rems_net.agents.background.worker import Workers
+
+                self._workers = Workers()
+            future = self._pools[True].submit(self._workers.run, function, args)
         else:
             future = self._pools[False].submit(function, *args)
         future.add_done_callback(lambda done: self._done.put((done, then, failed)))
-
-    def _in_process(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
-        """Run the function in an idle worker or a new one; in a thread of the pool."""
-        from rems_net.agents.background.worker import Worker
-
-        try:
-            worker = self._idle.get_nowait()
-        except Empty:
-            worker = Worker()
-            self._workers.append(worker)
-        try:
-            return worker.run(function, args)
-        finally:
-            if worker.alive:
-                self._idle.put(worker)
 
     def deliver(self) -> None:
         """Call back for every job that has ended; the host does so before a step."""
@@ -118,5 +106,5 @@ class Jobs:
         for pool in self._pools.values():
             pool.shutdown(wait=False, cancel_futures=True)
         self._pools.clear()
-        for worker in self._workers:
-            worker.kill()
+        if self._workers is not None:
+            self._workers.kill()
