@@ -1,6 +1,7 @@
 """A sweep on a cluster of Ray: `rems sweep --on ray=10.0.0.5:6379`."""
 
 import os
+import socket
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any
@@ -8,6 +9,10 @@ from typing import Any
 from rems_net.errors import ExperimentError
 from rems_net.libraries import load
 from rems_net.maths.numerics import environment
+
+
+#: s. A head that does not answer in this time is not there.
+PATIENCE = 10.0
 
 
 class RayExecutor(Executor):
@@ -21,8 +26,9 @@ class RayExecutor(Executor):
         self._ours = not ray.is_initialized()
         try:
             if self._ours:
+                _look_for(address)
                 ray.init(address, logging_level="error", log_to_driver=False)
-        except (ConnectionError, ValueError, RuntimeError) as error:
+        except (OSError, ValueError, RuntimeError) as error:
             raise ExperimentError(
                 f"there is no cluster of Ray at {address!r} ({error}); expected such "
                 "as --on ray=10.0.0.5:6379, or --on ray=auto on one of its machines."
@@ -53,6 +59,14 @@ class RayExecutor(Executor):
         """Leave the cluster, if this executor has joined it."""
         if self._ours:
             self._ray.shutdown()
+
+
+def _look_for(address: str) -> None:
+    """Raise OSError or ValueError if nothing listens: Ray itself waits for minutes."""
+    host, colon, port = address.rpartition(":")
+    if colon and "://" not in address:
+        with socket.create_connection((host, int(port)), PATIENCE):
+            pass
 
 
 def _call(fn: Callable[..., Any], args: Any, kwargs: Any) -> Any:

@@ -76,6 +76,7 @@ def sweep(
     lab = experiment if isinstance(experiment, Experiment) else load(experiment)
     some = [measure] if isinstance(measure, str) else [*measure]
     factors = [factor(*one) for one in (settings or {}).items()]
+    _check_workers(workers)
     every = _seeds(seeds, lab.seed)
     _check_size(check_points(factors, samples, points), len(every), most)
     runs = [*_runs(lab.seed, factors, samples, points, every)]
@@ -109,6 +110,13 @@ def _seeds(given: int | Sequence[int], first: int) -> list[int]:
         f"seeds is {given!r:.60}; expected how many, such as 20, or a list, such as "
         "3, 5, 7. (R1022)"
     )
+
+
+def _check_workers(workers: int | None) -> None:
+    if workers is not None and (isinstance(workers, bool) or not 0 < workers <= 1000):
+        raise ExperimentError(
+            f"workers is {workers!r}; expected a number of processes, from 1. (R1022)"
+        )
 
 
 def _check_size(count: int, seeds: int, most: int) -> None:
@@ -152,6 +160,8 @@ def _variants(lab: Experiment, runs: Sequence[Run]) -> Manifest:
             versions |= origins.versions(classes)  # type: ignore[arg-type]
         finally:
             lab.plans[key].classes = before[key]
+    texts = {v for run in runs for v in run.point.values() if isinstance(v, str)}
+    sources |= origins.files(texts, lab.folder)
     return replace(spec, sources=dict(sorted(sources.items())), versions=versions)
 
 
@@ -181,10 +191,6 @@ def _executor(
     if given is not None:
         yield given
         return
-    if workers is not None and (isinstance(workers, bool) or not 0 < workers <= 1000):
-        raise ExperimentError(
-            f"workers is {workers!r}; expected a number of processes, from 1. (R1022)"
-        )
     pool = Pool(min(workers or cores(), runs))
     try:
         yield pool
@@ -212,10 +218,10 @@ def _noted(progress: Progress) -> Iterator[None]:
     try:
         yield
     except (RemsError, KeyboardInterrupt) as error:
-        error.add_note(
-            f"{progress.over} of {progress.runs} runs are there. Type the same command "
-            "again: it goes on with the others."
-        )
+        again = "; type the same command again, and it goes on with the others"
+        if progress.over:
+            again = again if isinstance(error, KeyboardInterrupt) else ""
+            error.add_note(f"{progress.over} of {progress.runs} runs are there{again}.")
         raise
 
 
