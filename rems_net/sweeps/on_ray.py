@@ -10,7 +10,6 @@ from rems_net.errors import ExperimentError
 from rems_net.libraries import load
 from rems_net.maths.numerics import environment
 
-
 #: s. A head that does not answer in this time is not there.
 PATIENCE = 10.0
 

@@ -268,6 +268,7 @@ def _outcome(future: Future[Made], run: Run, tries: Counter[int]) -> Made | None
     if error is None:
         return future.result()
     if isinstance(error, RemsError | BrokenExecutor):
+        vars(error).pop("__notes__", None)  # of its process
         raise error
     tries[run.number] += 1
     if tries[run.number] < TRIES:

@@ -119,8 +119,9 @@ def _row(spec: Mapping[str, Any], run: Run, folder: Path) -> Row:
     except RemsError as why:
         if isinstance(why, AgentError) and NO_ROOM in str(why):
             raise ExperimentError(
-                f"{machine()} has no room for run {run.number}: {uncoded(why)}. Then "
-                "type the same command again. (R1025)"
+                f"{machine()} has no room for run {run.number}: "
+                f"{uncoded(why).partition(';')[0]}. Make room there, and type the same "
+                "command again. (R1025)"
             ) from None
         status, error = FAILED, str(why)
     if engine is None:

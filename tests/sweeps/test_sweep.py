@@ -253,7 +253,7 @@ def test_a_full_disk(tmp_path: Path, where: str) -> None:
             'type = "csv"\noptions = { file = "a.csv" }\n\n[[robot]]',
         )
     )
-    head = "time [s],speed [m/s],turn [rad/s]\n"
+    head = "time [s],command/speed [m/s],command/turn [rad/s]\n"
     (tmp_path / "lab" / "a.csv").write_text(f"{head}1.0,1,1\n")
     (tmp_path / "lab" / "b.csv").write_text(f"{head}60.0,1,1\n")
     done = subprocess.run(
