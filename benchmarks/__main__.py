@@ -24,6 +24,7 @@ from benchmarks import (
     size,
     start,
     swarm,
+    sweeps,
     worlds,
 )
 from benchmarks.contest import Tell
@@ -40,6 +41,7 @@ ALL = {
     "swarm": swarm.measure,
     "recording": recording.measure,
     "worlds": worlds.measure,
+    "sweeps": sweeps.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,
     "driven": driven.measure,

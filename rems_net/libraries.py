@@ -2,6 +2,8 @@
 
 import platform
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -55,4 +57,17 @@ def load(library: str, extra: str) -> Any:
             or f"The library {library} is installed but cannot be loaded: {why}. "
             f'Type: pip install --force-reinstall "rems-net[{extra}]" '
             "(R0302)"
+        ) from why
+
+
+@contextmanager
+def needed(library: str, extra: str) -> Iterator[None]:
+    """Turn a failing import in this block into a MissingPartError with the reason."""
+    try:
+        yield
+    except ImportError as why:
+        raise MissingPartError(
+            hiding(why)
+            or f"This needs {library}, which cannot be imported ({why}). Type: "
+            f'pip install "rems-net[{extra}]" (R0301)'
         ) from why

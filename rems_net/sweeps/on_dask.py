@@ -1,11 +1,12 @@
 """A sweep on a cluster of Dask: `rems sweep --on dask=tcp://10.0.0.5:8786`."""
 
+import importlib
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from typing import Any
 
 from rems_net.errors import ExperimentError
-from rems_net.libraries import load
+from rems_net.libraries import needed
 
 #: s. A scheduler that does not answer in this time is not there.
 PATIENCE = 10
@@ -15,7 +16,8 @@ class DaskExecutor(AbstractContextManager[Executor]):
     """Connection to the scheduler of a cluster, whose executor a `with` yields."""
 
     def __init__(self, address: str):
-        distributed: Any = load("distributed", "dask")
+        with needed("distributed", "dask"):
+            distributed: Any = importlib.import_module("distributed")
         try:
             self._client = distributed.Client(address, timeout=PATIENCE)
         except (OSError, ValueError) as error:

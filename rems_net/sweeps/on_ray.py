@@ -1,5 +1,6 @@
 """A sweep on a cluster of Ray: `rems sweep --on ray=10.0.0.5:6379`."""
 
+import importlib
 import os
 import socket
 from collections.abc import Callable
@@ -7,7 +8,7 @@ from concurrent.futures import Executor, Future
 from typing import Any
 
 from rems_net.errors import ExperimentError
-from rems_net.libraries import load
+from rems_net.libraries import needed
 from rems_net.maths.numerics import environment
 
 #: s. A head that does not answer in this time is not there.
@@ -18,7 +19,8 @@ class RayExecutor(Executor):
     """Executor of a cluster of Ray. Its processes are pinned as hosts are."""
 
     def __init__(self, address: str):
-        ray = load("ray", "ray")
+        with needed("ray", "ray"):
+            ray: Any = importlib.import_module("ray")
         outer = dict(os.environ)
         made = environment(outer)
         pins = {name: made[name] for name in made if outer.get(name) != made[name]}
