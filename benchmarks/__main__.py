@@ -26,6 +26,7 @@ from benchmarks import (
     size,
     start,
     swarm,
+    sweeps,
     worlds,
 )
 from benchmarks.contest import Tell
@@ -43,6 +44,7 @@ ALL = {
     "recording": recording.measure,
     "worlds": worlds.measure,
     "gym": gym.measure,
+    "sweeps": sweeps.measure,
     "latency": latency.measure,
     "realtime": realtime.measure,
     "driven": driven.measure,

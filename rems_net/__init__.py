@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from rems_net.robots.scaler import Scaler, ScalerLeft
     from rems_net.robots.woodbot import Woodbot
     from rems_net.robots.youbot import Youbot, YoubotArm, YoubotBase
+    from rems_net.sweeps.sweep import sweep
     from rems_net.testing import check_robot
 
 #: module -> its public names; imported at first use, so that a host or the command line
@@ -86,6 +87,7 @@ _HOMES = {
     "rems_net.robots.scaler": "Scaler ScalerLeft",
     "rems_net.robots.woodbot": "Woodbot",
     "rems_net.robots.youbot": "Youbot YoubotArm YoubotBase",
+    "rems_net.sweeps.sweep": "sweep",
     "rems_net.testing": "check_robot",
 }
 
@@ -147,6 +149,7 @@ __all__ = [
     "rule",
     "sin",
     "sincos",
+    "sweep",
     "tan",
     "verb",
 ]

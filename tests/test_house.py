@@ -95,6 +95,8 @@ ROOMS: dict[str, set[str]] = {
     "processes": WORDS | {"drivers", "drivers/kinematic", "identification"},
     "client": BASE | {"router", "agents", "agents/protocol", "engine", "teleop"},
     "identification": WORDS | {"drivers", "drivers/kinematic"},
+    # Many runs of one experiment, by engines in other processes.
+    "sweeps": WORDS | {"agents/protocol", "agents/experiment", "engine"},
     # Optional; their libraries are in extras of their own.
     "gym": WORDS
     | {"agents/experiment", "agents/protocol", "engine"}
@@ -120,6 +122,7 @@ ROOMS: dict[str, set[str]] = {
         "emulators",
         "drivers/hardware",
         "testing",
+        "sweeps",
     }
     | {"drivers", "explain"},
     "demo": set(),
@@ -173,6 +176,8 @@ OPTIONAL: dict[str, str | tuple[str, ...]] = {
     "dynamixel_sdk": "drivers/hardware/dynamixel/bus.py",
     "apriltag": "eyes/apriltags.py",
     "cv2": "eyes/opencv.py",
+    "distributed": "sweeps/on_dask.py",
+    "ray": "sweeps/on_ray.py",
 }
 
 

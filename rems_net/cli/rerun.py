@@ -5,13 +5,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from rems_net.agents.experiment.again.changed import value_of
 from rems_net.agents.experiment.again.compared import Compared, Difference, compare
 from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.cli.info import recording_in
 from rems_net.cli.words import add_run, run_of
 from rems_net.errors import ExperimentError
-from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
@@ -67,10 +67,10 @@ def run(args: argparse.Namespace) -> int:
     if here not in sys.path:  # as for `python lab.py`
         sys.path.insert(0, here)
     rebuilt = rebuild(recording_in(run_of(args)), Path())
-    for key, cls in _pairs(args.replace, "--replace", "process/pid=mine.py:Better"):
+    for key, cls in pairs(args.replace, "--replace", "process/pid=mine.py:Better"):
         rebuilt.replace(key, cls)
-    for where, text in _pairs(args.set, "--set", 'robot/sim.track="130 mm"'):
-        rebuilt.set(where, _value(text))
+    for where, text in pairs(args.set, "--set", 'robot/sim.track="130 mm"'):
+        rebuilt.set(where, value_of(text))
     if args.only:
         rebuilt.only(args.only)
     if args.seed is not None:
@@ -82,9 +82,8 @@ def run(args: argparse.Namespace) -> int:
     return DIFFERS if result.differ else 0
 
 
-def _pairs(
-    given: Iterable[str], option: str, example: str
-) -> Iterable[tuple[str, str]]:
+def pairs(given: Iterable[str], option: str, example: str) -> Iterable[tuple[str, str]]:
+    """Yield name and value of `NAME=VALUE`. Raises ExperimentError."""
     for text in given:
         name, equals, value = text.partition("=")
         if not (name and equals and value):
@@ -92,14 +91,6 @@ def _pairs(
                 f"{option} {text!r}: expected such as {example}. (R0910)"
             )
         yield name, value
-
-
-def _value(text: str) -> object:
-    """Return a value as in a TOML file; other text is text, such as 130 mm."""
-    try:
-        return loads(f"value = {text}")["value"]
-    except TOMLDecodeError:
-        return text
 
 
 def show(result: Compared, dt: float, ticks: int, put: Callable[[str], object]) -> None:

@@ -11,6 +11,7 @@ VERBS = {
     "plot": "draw a run that is over",
     "compare": "compare the robots of a run that is over",
     "rerun": "do a recorded run again, and compare it to the bit",
+    "sweep": "run an experiment many times, into one table",
     "list": "list the agents on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",

@@ -23,7 +23,7 @@ from rems_net.events import warn
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
-    from rems_net.agents.background.worker import Worker
+    from rems_net.agents.background.worker import Workers
 
 Then = Callable[[Any], None]
 
@@ -57,8 +57,7 @@ class Jobs:
         self.any = False
         self._due: list[Due] = []
         self._pools: dict[bool, ThreadPoolExecutor] = {}
-        self._idle: SimpleQueue[Worker] = SimpleQueue()
-        self._workers: list[Worker] = []
+        self._workers: Workers | None = None
         self._done: SimpleQueue[tuple[Future[Any], Then | None, Then | None]] = (
             SimpleQueue()
         )
@@ -104,7 +103,11 @@ class Jobs:
                     f"{name} is defined inside a function, where another process "
                     "cannot find it; define it at the top of the file. (R0427)"
                 )
-            future = self._pools[True].submit(self._in_process, function, args)
+            if self._workers is None:
+                from rems_net.agents.background.worker import Workers
+
+                self._workers = Workers()
+            future = self._pools[True].submit(self._workers.run, function, args)
         else:
             future = self._pools[False].submit(function, *args)
         if due:
@@ -112,21 +115,6 @@ class Jobs:
             self._due.append(Due(future, then, failed, due, called))
             return
         future.add_done_callback(lambda done: self._done.put((done, then, failed)))
-
-    def _in_process(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
-        """Run the function in an idle worker or a new one; in a thread of the pool."""
-        from rems_net.agents.background.worker import Worker
-
-        try:
-            worker = self._idle.get_nowait()
-        except Empty:
-            worker = Worker()
-            self._workers.append(worker)
-        try:
-            return worker.run(function, args)
-        finally:
-            if worker.alive:
-                self._idle.put(worker)
 
     def deliver(self, n: int, *, in_step: bool) -> None:
         """Call back for every job that has ended; the engine does so before a step.
@@ -180,8 +168,8 @@ class Jobs:
             pool.shutdown(wait=False, cancel_futures=True)
         self._pools.clear()
         self._due.clear()
-        for worker in self._workers:
-            worker.kill()
+        if self._workers is not None:
+            self._workers.kill()
 
 
 def _check_due(function: Callable[..., Any], due: object) -> None:

@@ -4,30 +4,37 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from types import ModuleType
 from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import place
+from rems_net.interrupts import without_ctrl_c
 
 #: The name of a script's module in the processes of multiprocessing.
 SCRIPT = "__mp_main__"
 #: held while the script of this process is hidden
 _MAIN = threading.Lock()
+#: held while the variables of this process are those of one that starts
+_STARTING = threading.Lock()
 
 
 class Worker:
-    """One process beside this one. Starting it takes some tenths of a second."""
+    """One process beside this one. Starting it takes some tenths of a second.
 
-    def __init__(self) -> None:
+    environment: its variables; without any, those of this process.
+    """
+
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=serve, args=(theirs,))
-        with _script_hidden() as script:
+        with without_ctrl_c(), _script_hidden() as script, _having(environment):
             self._process.start()
         theirs.close()
         # The user's own files are loaded there under the same names as here.
@@ -59,6 +66,56 @@ class Worker:
     def kill(self) -> None:
         """End it now, even during a job."""
         self._process.kill()
+
+
+class Workers:
+    """Workers that take turns: a function waits for none that is idle.
+
+    environment: of each; without any, that of this process.
+    """
+
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
+        self._environment = environment
+        self._idle: SimpleQueue[Worker] = SimpleQueue()
+        self._all: list[Worker] = []
+
+    def run(self, function: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+        """Return function(*args) of an idle worker, or of a new one.
+
+        It raises what the function raises, and RuntimeError if the process dies.
+        """
+        try:
+            worker = self._idle.get_nowait()
+        except Empty:
+            worker = Worker(self._environment)
+            self._all.append(worker)
+        try:
+            return worker.run(function, args)
+        finally:
+            if worker.alive:
+                self._idle.put(worker)
+
+    def kill(self) -> None:
+        """End all of them now, even during a job."""
+        for worker in self._all:
+            worker.kill()
+
+
+@contextmanager
+def _having(environment: Mapping[str, str] | None) -> Iterator[None]:
+    """Let a process that is started in this block have these variables."""
+    if environment is None:
+        yield
+        return
+    with _STARTING:  # multiprocessing hands on the variables of this process
+        before = dict(os.environ)
+        try:
+            os.environ.clear()
+            os.environ.update(environment)
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
 
 
 @contextmanager

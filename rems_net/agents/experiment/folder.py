@@ -65,14 +65,16 @@ def own_folder(
     usual = path.parts[-2:] == ("runs", lab.name)
     told = manifest(lab, agents, native=native, pace=pace)
     told = replace(told, dt=dt or lab.dt)
-    with _lock(path):
+    with locked(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
         if found and (usual or before):
             files = () if before is None else before.files
             needed = [a.file() for a in agents.values() if isinstance(a, Input)]
             _check_needed(path, None if usual else files, [p for p in needed if p])
-            show.say("run", Event("info", 0, "run", "moved", _move(path, files, usual)))
+            show.say(
+                "run", Event("info", 0, "run", "moved", move_away(path, files, usual))
+            )
         settings.make_folder(path)
         # A run that is interrupted leaves at least these.
         expected = _expected(lab, agents)
@@ -110,7 +112,7 @@ def note_end(error: BaseException, n: int, dt: float, folder: Path) -> None:
     if n and isinstance(error, KeyboardInterrupt | AgentError):
         error.add_note(
             f"{how} after tick {n} ({time_of(n, dt):.2f} s); what the outputs had "
-            f"written is in {_shown(folder)}."
+            f"written is in {shown(folder)}."
         )
     elif isinstance(error, KeyboardInterrupt):
         error.add_note(f"{how} before the first tick.")
@@ -196,12 +198,12 @@ def _check_needed(
             files is None or file.relative_to(path).as_posix() in files
         ):
             raise ExperimentError(
-                f"this run plays {_shown(file)}, and {_shown(path)} is where it would "
+                f"this run plays {shown(file)}, and {shown(path)} is where it would "
                 "write; give the experiment another name or folder. (R0414)"
             )
 
 
-def _move(path: Path, files: Sequence[str], whole: bool) -> str:
+def move_away(path: Path, files: Sequence[str], whole: bool) -> str:
     """Move an earlier run's files to the next free name; return a sentence about it."""
     count = 1
     while (new := path.with_name(f"{path.name}.{count}")).exists():
@@ -218,12 +220,12 @@ def _move(path: Path, files: Sequence[str], whole: bool) -> str:
         moved(path, new)
     except OSError as error:
         raise ExperimentError(
-            f"what an earlier run left in {_shown(path)} cannot be moved to "
-            f"{_shown(new)}: {error.strerror}. Close what has its files open, or give "
+            f"what an earlier run left in {shown(path)} cannot be moved to "
+            f"{shown(new)}: {error.strerror}. Close what has its files open, or give "
             "this run another folder. (R0414)"
         ) from None
     what = "was in" if whole else "an earlier run left in"
-    return f"what {what} {_shown(path)} is now in {_shown(new)}"
+    return f"what {what} {shown(path)} is now in {shown(new)}"
 
 
 def _leave(path: Path) -> None:
@@ -234,14 +236,14 @@ def _leave(path: Path) -> None:
             path.rmdir()
 
 
-def _shown(path: Path) -> str:
+def shown(path: Path) -> str:
     with suppress(ValueError, OSError):
         return str(path.relative_to(Path.cwd()))
     return str(path)
 
 
 @contextmanager
-def _lock(path: Path) -> Iterator[None]:
+def locked(path: Path) -> Iterator[None]:
     """Lock the folder against other runs of this machine, as long as we live.
 
     SQLite locks a file in the same way on every system, and the system releases the
@@ -259,7 +261,7 @@ def _lock(path: Path) -> Iterator[None]:
             held.close()
         if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
             raise ExperimentError(
-                f"another run that still goes on writes to {_shown(path)}; end that "
+                f"another run that still goes on writes to {shown(path)}; end that "
                 "one (`rems clock end`), or give this one another name or folder."
                 " (R0414)"
             ) from None

@@ -46,14 +46,21 @@ def digests(
         else:
             found[path.name] = source_digest(path.read_bytes())
     for agent in agents.values():
-        for value in texts(agent):
-            with suppress(OSError, ValueError):  # no text that could be a name
-                path = here / value
-                if value and path.is_file():
-                    name = PurePath(value)
-                    shown = name.name if name.is_absolute() else name.as_posix()
-                    found[shown] = source_digest(path.read_bytes())
+        found |= files(texts(agent), here)
     return dict(sorted(found.items()))
+
+
+def files(values: Iterable[str], folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of the files that these texts name, by their names."""
+    found: dict[str, str] = {}
+    for value in values:
+        with suppress(OSError, ValueError):  # no text that could be a name
+            path = folder / value
+            if value and path.is_file():
+                name = PurePath(value)
+                shown = name.name if name.is_absolute() else name.as_posix()
+                found[shown] = source_digest(path.read_bytes())
+    return found
 
 
 def _sources(plan: Plan) -> Iterator[Path]:

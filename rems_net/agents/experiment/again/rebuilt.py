@@ -5,19 +5,23 @@ from dataclasses import dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from rems_net.agents import parts, registry
+from rems_net.agents import registry
 from rems_net.agents.about.outside import HOLD, PUT, Outside
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
+from rems_net.agents.experiment.again.changed import (
+    agent_of,
+    known,
+    replace_in,
+    set_in,
+)
 from rems_net.agents.experiment.again.replayed import haunt, nested, played
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan, class_names, each
-from rems_net.agents.robot import Robot
+from rems_net.agents.protocol.plan import Plan, class_names, each
 from rems_net.agents.verbs import CALLED, CALLS, verb_names
-from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.manifest import Manifest, read_manifest
 from rems_net.recordings.mcap.reader import McapFile
-from rems_net.scenes.marking import MARKER
 
 
 @dataclass
@@ -44,52 +48,13 @@ class Rebuilt:
 
     def set(self, where: str, value: object) -> None:
         """Change a setting, such as `robot/sim.track`. Raises ExperimentError."""
-        plans = self.lab.plans
-        key = next((k for k in plans if where.startswith(f"{k}.")), None)
-        if key is None:
-            key = self._known(where.partition(".")[0]).key
-            raise ExperimentError(
-                f"{where!r} names no setting of {key}; expected such as {key}.track."
-                " (R0436)"
-            )
-        path, plan = where[len(key) + 1 :], self._known(key)
-        agent = plan.build()
-        slots = {"options": agent.options.schema}
-        if isinstance(agent, Robot):
-            agent.prepare()
-            slots["parameters"] = agent.parameters.schema
-            slots["initial"] = agent.state.schema
-            slots["marker"] = MARKER
-        for slot in (one for one in SLOTS if one in slots):
-            if path in slots[slot].entries or path in slots[slot].paths:
-                changed = _changed(getattr(plan, slot), path.split("/"), value)
-                setattr(plan, slot, changed)
-                return
-        have = [path for slot in SLOTS if slot in slots for path in slots[slot].paths]
-        raise ExperimentError(
-            f"{key} has no setting {path!r}; it has {', '.join(have) or 'none'}."
-            f"{nearest(path, have)} (R0436)"
-        )
+        self._known(agent_of(self.lab, where) or where.partition(".")[0])
+        set_in(self.lab, where, value)
 
     def replace(self, key: str, name: str) -> None:
         """Give an agent another class of the same kind. Raises ExperimentError."""
-        plan = self._known(key)
-        if plan.kind == "world":
-            raise ExperimentError(
-                f"{key} has no class of its own to be replaced; name a robot, an "
-                "input or a process. (R0436)"
-            )
-        kinds = ROBOT[::-1] if plan.kind == "robot" else (plan.kind,)
-        refused: list[ExperimentError] = []
-        for kind in kinds:
-            try:
-                cls = parts.find(kind, name, self.lab.folder)
-            except ExperimentError as error:
-                refused.append(error)
-            else:
-                plan.classes[ROBOT.index(kind) if len(kinds) > 1 else 0] = cls
-                return
-        raise ExperimentError(f"{key} cannot have {name!r}: {refused[0]}")
+        self._known(key)
+        replace_in(self.lab, key, name)
 
     def only(self, key: str) -> None:
         """Compute one agent; all others play their recording. Raises ExperimentError.
@@ -125,13 +90,7 @@ class Rebuilt:
                 f"{key} plays its recording ({self.played[key]}), so it cannot be "
                 "changed; change an agent that is computed. (R0436)"
             )
-        if key not in self.lab.plans:
-            have = ", ".join(self.lab.plans)
-            raise ExperimentError(
-                f"there is no agent {key!r} in the recording; there is {have}."
-                f"{nearest(key, self.lab.plans)} (R0436)"
-            )
-        return self.lab.plans[key]
+        return known(self.lab, key)
 
     def check(self) -> dict[str, Agent]:
         """Build all agents. Raises ExperimentError for ports that have changed."""
@@ -215,15 +174,6 @@ class Rebuilt:
                 f"The recording was computed with {beside.numerics}; here it is "
                 f"{here}: last digits may differ."
             )
-
-
-def _changed(
-    settings: Mapping[str, Any], path: list[str], value: object
-) -> dict[str, Any]:
-    first, *rest = path
-    inner = settings.get(first)
-    table = inner if isinstance(inner, Mapping) else {}
-    return {**settings, first: _changed(table, rest, value) if rest else value}
 
 
 def rebuild(path: Path, folder: Path) -> Rebuilt:

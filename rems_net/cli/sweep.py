@@ -1,0 +1,155 @@
+"""`rems sweep EXPERIMENT.toml`: an experiment, run many times, into one table."""
+
+import argparse
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+
+from rems_net.cli.rerun import pairs
+from rems_net.cli.words import show_path, warn
+from rems_net.errors import ExperimentError, RemsError
+from rems_net.sweeps.factors import listed
+from rems_net.sweeps.store import CSV
+from rems_net.sweeps.sweep import MOST, sweep
+from rems_net.sweeps.swept import Swept
+
+EXAMPLES = """\
+examples:
+  rems sweep lab.toml --set robot/sim.track=90..130mm/9 --seeds 20
+  rems sweep lab.toml --set robot/sim.track="90 mm, 110 mm"
+  rems sweep lab.toml --set robot/sim.track=90..130mm --samples 100
+  rems sweep lab.toml --replace robot/sim=kinematic,mujoco
+  rems sweep lab.toml --seeds 20 --measure "max(sim.state.x)"
+  rems sweep lab.toml --list points.csv           a row for each point
+  rems sweep lab.toml --seeds 1000 --on dask=tcp://10.0.0.5:8786
+
+Interrupted, it goes on where it was: type the same command again.
+"""
+#: failed runs that are printed
+SHOWN = 10
+#: exit status of a sweep with a run that failed
+FAILED = 1
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rems sweep`."""
+    parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
+    for option, metavar, text in (
+        ("--set", "AGENT.SETTING=VALUES", "values of a setting: 90..130mm/9, or a,b,c"),
+        ("--replace", "AGENT=CLASSES", "drivers, or classes of the same kind"),
+        ("--measure", "EXPRESSION", "a column of results (all states at the end)"),
+    ):
+        parser.add_argument(
+            option, metavar=metavar, action="append", default=[], help=text
+        )
+    parser.add_argument(
+        "--seeds", metavar="N", default="1", help="seeds of each point, or 3,5,7"
+    )
+    parser.add_argument(
+        "--samples",
+        metavar="N",
+        type=int,
+        default=0,
+        help="points of a Latin hypercube in the ranges, in place of a grid",
+    )
+    parser.add_argument(
+        "--list",
+        metavar="FILE.csv",
+        type=Path,
+        help="points: a column for each setting, robot/sim.track [mm]",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder (runs/<name>_sweep)"
+    )
+    parser.add_argument(
+        "--workers", metavar="N", type=int, help="processes (one for each core)"
+    )
+    parser.add_argument(
+        "--on", metavar="CLUSTER", default="", help="dask=ADDRESS or ray=ADDRESS"
+    )
+    parser.add_argument(
+        "--parquet", action="store_true", help="also write the table as Parquet"
+    )
+    parser.add_argument(
+        "--most",
+        metavar="N",
+        type=int,
+        default=MOST,
+        help=f"refuse more runs than these ({MOST:,})",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make all runs, show the progress, and print where the table is."""
+    settings: dict[str, object] = {}
+    for option, example in (
+        ("set", "robot/sim.track=90..130mm/9"),
+        ("replace", "robot/sim=kinematic,mujoco"),
+    ):
+        settings |= dict(pairs(getattr(args, option), f"--{option}", example))
+    try:
+        with _cluster(args.on) as executor:
+            result = sweep(
+                args.experiment,
+                settings,
+                seeds=_seeds(args.seeds),
+                samples=args.samples,
+                points=listed(args.list) if args.list else (),
+                measure=args.measure,
+                out=args.out,
+                workers=args.workers,
+                executor=executor,
+                most=args.most,
+                put=warn,
+            )
+    except (RemsError, KeyboardInterrupt) as error:
+        for note in getattr(error, "__notes__", ()):
+            warn(note)
+        raise
+    return _report(result, args)
+
+
+def _report(result: Swept, args: argparse.Namespace) -> int:
+    failed = result.failed
+    for number, sentence in [*failed.items()][:SHOWN]:
+        warn(f"run {number} failed: {sentence}")
+    if len(failed) > SHOWN:
+        warn(f"and {len(failed) - SHOWN} more runs failed; the table has them.")
+    files = [result.folder / CSV, *([result.parquet()] if args.parquet else [])]
+    print(f"{len(result)} runs, in {' and '.join(map(show_path, files))}")
+    return FAILED if failed else 0
+
+
+def _seeds(text: str) -> int | list[int]:
+    try:
+        numbers = [int(one) for one in text.split(",")]
+    except ValueError:
+        raise ExperimentError(
+            f"--seeds {text!r}: expected how many, such as 20, or a list, such as "
+            "3,5,7. (R0910)"
+        ) from None
+    return numbers if "," in text else numbers[0]
+
+
+@contextmanager
+def _cluster(text: str) -> Iterator[Executor | None]:
+    """Yield the executor of a cluster, or None without one. Raises ExperimentError."""
+    kind, _, address = text.partition("=")
+    if not text:
+        yield None
+    elif kind == "dask" and address:
+        from rems_net.sweeps.on_dask import DaskExecutor
+
+        with DaskExecutor(address) as executor:
+            yield executor
+    elif kind == "ray" and address:
+        from rems_net.sweeps.on_ray import RayExecutor
+
+        with RayExecutor(address) as executor:
+            yield executor
+    else:
+        raise ExperimentError(
+            f"--on {text!r}: expected dask=ADDRESS or ray=ADDRESS, such as "
+            "--on dask=tcp://10.0.0.5:8786. (R1027)"
+        )

@@ -1,0 +1,1 @@
+"""Sweeps: one experiment, run many times with other settings, into one table."""

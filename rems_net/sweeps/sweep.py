@@ -1,0 +1,277 @@
+"""Sweep: one experiment, run many times, into one table."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from rems_net.agents import registry
+from rems_net.agents.experiment import origins
+from rems_net.agents.experiment.again.changed import replace_in
+from rems_net.agents.experiment.checking.settings import check_seed
+from rems_net.agents.experiment.direct import check_direct
+from rems_net.agents.experiment.experiment import Experiment
+from rems_net.agents.experiment.file import load
+from rems_net.agents.experiment.folder import locked
+from rems_net.arguments import taught
+from rems_net.errors import ExperimentError, RemsError, uncoded
+from rems_net.events import warn
+from rems_net.recordings.manifest import Manifest
+from rems_net.sweeps.factors import Factor, Point, check_points, factor, names, points
+from rems_net.sweeps.measures import measures
+from rems_net.sweeps.pool import Pool, cores
+from rems_net.sweeps.progress import Progress
+from rems_net.sweeps.store import Store
+from rems_net.sweeps.swept import Swept
+from rems_net.sweeps.work import FAILED, Made, Row, Run, built, described, varied, work
+
+#: runs of the largest sweep that is not asked for by its number
+MOST = 100_000
+#: runs that an executor has at a time: enough for a hundred cores
+AHEAD = 400
+#: How often a run is tried whose worker dies.
+TRIES = 3
+#: s. Time between two looks at the progress.
+LOOK = 0.2
+
+
+@taught(ExperimentError, set="settings=", jobs="workers=", folder="out=")
+def sweep(
+    experiment: Experiment | Path | str,
+    settings: Mapping[str, object] | None = None,
+    *,
+    seeds: int | Sequence[int] = 1,
+    samples: int = 0,
+    points: Sequence[Mapping[str, object]] = (),
+    measure: str | Sequence[str] = (),
+    out: Path | str | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    most: int = MOST,
+    put: Callable[[str], object] | None = None,
+) -> Swept:
+    """Run an experiment many times, into one folder and one table.
+
+    experiment: or its file, `lab.toml`.  settings: values by name, such as
+    {"robot/sim.track": "90..130 mm/9"}, or a list of them; with the name of an agent,
+    classes: {"robot/sim": ["kinematic", "mujoco"]}. All combinations are run; with
+    `samples`, this many points of a Latin hypercube; with `points`, these.
+    seeds: of each point, how many, from the experiment's own; or a list.
+    measure: expressions, such as "max(sim.state.x)"; without any, all states at the
+    end.  out: the folder, `runs/<name>_sweep` by default. A sweep that is there and was
+    interrupted goes on.  workers: processes, one for each core by default.
+    executor: of `concurrent.futures`, for other machines.  most: runs.
+    put: called with lines about the progress.
+    Raises ExperimentError; a run that fails has a row in the table.
+    """
+    if registry.runner() is registry.end_script:
+        raise registry.ScriptEnd
+    registry.check_starts("sweep()")
+    lab = experiment if isinstance(experiment, Experiment) else load(experiment)
+    some = [measure] if isinstance(measure, str) else [*measure]
+    factors = [factor(*one) for one in (settings or {}).items()]
+    _check_workers(workers)
+    every = _seeds(seeds, lab.seed)
+    _check_size(check_points(factors, samples, points), len(every), most)
+    runs = [*_runs(lab.seed, factors, samples, points, every)]
+    spec = described(lab, _variants(lab, runs), some)
+    columns = _check(spec, runs)
+    store = Store(Path(out or Path("runs") / f"{lab.name}_sweep"), len(runs))
+    what = json.dumps([spec, [run.point for run in runs], every], default=str)
+    with locked(store.path):
+        rows = {row.number: row for row in store.begin(what)}
+        left = [run for run in runs if run.number not in rows]
+        result = Swept(store.path, runs, names([runs[0].point]), columns)
+        progress = Progress(len(runs), len(rows), put)
+        progress.failed = sum(row.status == FAILED for row in rows.values())
+        with _noted(progress), _writing(store, result, rows):
+            if left:
+                with _executor(executor, workers, len(left)) as pool:
+                    for made in _made(pool, spec, left, progress):
+                        store.add(made)
+                        rows[made.row.number] = made.row
+                        progress.add(made.row.status == FAILED)
+        progress.end()
+    return result
+
+
+def _seeds(given: int | Sequence[int], first: int) -> list[int]:
+    if isinstance(given, int) and not isinstance(given, bool) and given > 0:
+        return [*range(first, first + given)]
+    if isinstance(given, list | tuple | range) and given:
+        return [check_seed(one) for one in given]
+    raise ExperimentError(
+        f"seeds is {given!r:.60}; expected how many, such as 20, or a list, such as "
+        "3, 5, 7. (R1022)"
+    )
+
+
+def _check_workers(workers: int | None) -> None:
+    if workers is not None and (isinstance(workers, bool) or not 0 < workers <= 1000):
+        raise ExperimentError(
+            f"workers is {workers!r}; expected a number of processes, from 1. (R1022)"
+        )
+
+
+def _check_size(count: int, seeds: int, most: int) -> None:
+    if count * seeds > most:
+        raise ExperimentError(
+            f"this sweep has {count * seeds:,} runs ({count:,} points, {seeds:,} "
+            f"seeds); expected at most {most:,}. Give fewer values, or take samples of "
+            "them: --samples 1000; if you mean it, type "
+            f"--most {count * seeds}. (R1022)"
+        )
+
+
+def _runs(
+    seed: int,
+    factors: Sequence[Factor],
+    samples: int,
+    listed: Sequence[Point],
+    seeds: Sequence[int],
+) -> Iterator[Run]:
+    number = 0
+    for point in points(factors, samples, listed, seed):
+        for one in seeds:
+            number += 1
+            yield Run(number, one, point)
+
+
+def _variants(lab: Experiment, runs: Sequence[Run]) -> Manifest:
+    """Return the manifest of an experiment, with the sources of all its variants."""
+    agents = lab.check()
+    check_direct(lab.plans, agents)
+    lab.ticks(agents)  # it has an end
+    spec = origins.manifest(lab, agents, native=True)
+    sources, versions = dict(spec.sources), dict(spec.versions)
+    before = {key: [*plan.classes] for key, plan in lab.plans.items()}
+    keys = [name for name in runs[0].point if name in lab.plans]
+    for key, cls in {(k, str(run.point[k])) for run in runs for k in keys}:
+        try:
+            replace_in(lab, key, cls)
+            classes = lab.plans[key].classes
+            sources |= origins.digests({key: lab.plans[key]}, {}, lab.folder)
+            versions |= origins.versions(classes)  # type: ignore[arg-type]
+        finally:
+            lab.plans[key].classes = before[key]
+    texts = {v for run in runs for v in run.point.values() if isinstance(v, str)}
+    sources |= origins.files(texts, lab.folder)
+    return replace(spec, sources=dict(sorted(sources.items())), versions=versions)
+
+
+def _check(spec: str, runs: Sequence[Run]) -> list[str]:
+    """Try the first and last value of each factor; return the names of the measures.
+
+    Raises ExperimentError.
+    """
+    base: dict[str, Any] = json.loads(spec)
+    tried: list[str] = []
+    for run in (runs[0], runs[-1]):
+        try:
+            lab = built(base, run)
+            agents = varied(lab, run)
+        except ExperimentError as error:
+            raise ExperimentError(f"{uncoded(error)} (R1021)") from None
+        check_direct(lab.plans, agents)
+        tried = [one.name for one in measures(base["measures"], agents)]
+    return tried
+
+
+@contextmanager
+def _executor(
+    given: Executor | None, workers: int | None, runs: int
+) -> Iterator[Executor]:
+    """Yield the executor; one of our own is shut down at the end of the block."""
+    if given is not None:
+        yield given
+        return
+    pool = Pool(min(workers or cores(), runs))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _writing(store: Store, result: Swept, rows: Mapping[int, Row]) -> Iterator[None]:
+    """Write the table at the end of the block, also of a sweep that is interrupted."""
+    try:
+        yield
+    except BaseException:
+        result.fill([*rows.values()])
+        with suppress(ExperimentError):  # the first error is the one to report
+            store.tables(result.csv())
+        raise
+    result.fill([*rows.values()])
+    store.tables(result.csv())
+
+
+@contextmanager
+def _noted(progress: Progress) -> Iterator[None]:
+    """Add to what ends a sweep how far it came."""
+    try:
+        yield
+    except (RemsError, KeyboardInterrupt) as error:
+        again = "; type the same command again, and it goes on with the others"
+        if progress.over:
+            again = again if isinstance(error, KeyboardInterrupt) else ""
+            error.add_note(f"{progress.over} of {progress.runs} runs are there{again}.")
+        raise
+
+
+def _made(
+    pool: Executor, spec: str, runs: Sequence[Run], progress: Progress
+) -> Iterator[Made]:
+    """Yield each run as it is over. Raises ExperimentError of a worker."""
+    waiting, tries = [*reversed(runs)], Counter[int]()
+    busy: dict[Future[Made], Run] = {}
+    warned: set[str] = set()
+    try:
+        while waiting or busy:
+            while waiting and len(busy) < AHEAD:
+                run = waiting.pop()
+                busy[pool.submit(work, spec, run)] = run
+            over, _ = wait(busy, LOOK, FIRST_COMPLETED)
+            progress.look()
+            for future in over:
+                run = busy.pop(future)
+                made = _outcome(future, run, tries)
+                if made is None:
+                    waiting.append(run)
+                    continue
+                for text in made.news:
+                    if text not in warned:
+                        warn("sweep", f"run {run.number}: {text}")
+                    warned.add(text)
+                yield made
+    except BrokenExecutor as error:
+        raise ExperimentError(
+            f"the executor has no workers any more ({error or 'one died'}). (R1028)"
+        ) from None
+    finally:
+        for future in busy:
+            future.cancel()
+
+
+def _outcome(future: Future[Made], run: Run, tries: Counter[int]) -> Made | None:
+    """Return what a worker has made; None if it died and the run is tried again.
+
+    Raises the error of a worker that is not like the others.
+    """
+    error = future.exception()
+    if error is None:
+        return future.result()
+    if isinstance(error, RemsError | BrokenExecutor):
+        vars(error).pop("__notes__", None)  # of its process
+        raise error
+    tries[run.number] += 1
+    if tries[run.number] < TRIES:
+        return None
+    why = f"its worker died {TRIES} times: {error}. (R1028)"
+    return Made(Row(run.number, FAILED, 0, [], why), {}, [])

@@ -1,0 +1,305 @@
+"""Sweeps: the same rows however they are computed, and no run is lost or made twice."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rems_net import sweep
+from rems_net.errors import ExperimentError, UnknownFieldError
+from rems_net.sweeps.pool import Pool
+from rems_net.sweeps.store import CSV
+from tests.agents.runs import until
+from tests.commands import command, environment, inside, rems
+from tests.sweeps.labs import content, lab, written
+
+SETTINGS = {"input/weave.speed": "0.1..0.3 m/s/3", "input/weave.wild": [0.5, 1.0]}
+
+
+#: what a process computes with: a test's own is not pinned
+NUMERICS = re.compile(r'"numerics": "[^"]*"')
+
+
+class Last(Executor):
+    """Executor that makes what it is given last first, in this process."""
+
+    def __init__(self, most: int = 1000) -> None:
+        self.most, self.left = most, list[Callable[[], None]]()
+        self.made = 0
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Take a call; the fourth one begins with all four."""
+        future: Future[Any] = Future()
+        self.left.append(lambda: self._make(future, fn, args))
+        if len(self.left) == 4:
+            while self.left:
+                self.left.pop()()
+        return future
+
+    def _make(self, future: Future[Any], fn: Any, args: Any) -> None:
+        if self.made == self.most:
+            raise KeyboardInterrupt
+        self.made += 1
+        future.set_result(fn(*args))
+
+
+def test_rows_and_files_are_the_same_in_any_order_by_any_workers(
+    tmp_path: Path,
+) -> None:
+    made = lab(tmp_path / "lab")
+    one = sweep(made, SETTINGS, seeds=2, out=tmp_path / "one", workers=1)
+    two = sweep(made, SETTINGS, seeds=2, out=tmp_path / "two", workers=2)
+    last = sweep(made, SETTINGS, seeds=2, out=tmp_path / "last", executor=Last())
+    assert len(one) == 12
+    assert one.csv() == two.csv() == last.csv() == (one.folder / CSV).read_bytes()
+    assert content(one) == content(two)
+    assert content(one).keys() == content(last).keys()
+    sims = {data for name, data in content(one).items() if name.endswith("sim.csv")}
+    assert len(sims) == 12  # each drives in another way
+
+
+def test_a_run_of_a_sweep_is_that_run(tmp_path: Path) -> None:
+    """Its files are those of `rems run --direct` with these values and this seed."""
+    made = lab(tmp_path / "lab")
+    swept = sweep(
+        made, {"input/weave.speed": ["0.3 m/s"]}, seeds=[7], out=tmp_path / "s"
+    )
+    made.plans["input/weave"].options = {"speed": "0.3 m/s"}
+    made.seed = 7
+    alone = made.run(tmp_path / "alone", direct=True)
+    for name in ("sim.csv", "run.mcap", "run.json"):
+        there = (swept.folder / "001" / name).read_text(errors="replace")
+        here = (alone.folder / name).read_text(errors="replace")
+        assert NUMERICS.sub("", there) == NUMERICS.sub("", here), name
+    x = alone["sim"]["state/x"][-1]
+    assert (
+        swept.table["sim.state.x [m]"][0]
+        == float(x)
+        == float(swept[1]["sim"]["state/x"][-1])
+    )
+
+
+def test_the_table_has_units(tmp_path: Path) -> None:
+    swept = sweep(
+        lab(tmp_path / "lab"),
+        {"input/weave.speed": "0.1..0.3 m/s/2", "input/weave": "swept.py:Calm"},
+        measure=["way = max(sim.state.x) - 1 m", "x > 10 cm", "mean(hypot(x, y))"],
+        workers=1,
+        out=tmp_path / "s",
+    )
+    with (swept.folder / CSV).open(encoding="utf-8", newline="") as file:
+        first, second = csv.DictReader(file)
+    assert [*first] == [
+        *("run", "input/weave.speed [m/s]", "input/weave", "seed", "status", "ticks"),
+        *("way [m]", "x > 10 cm", "mean(hypot(x, y)) [m]", "error"),
+    ]
+    assert first["input/weave"] == "swept.py:Calm"
+    x = swept[2]["sim"]["state/x"]
+    assert float(second["way [m]"]) == float(x.max()) - 1
+    assert second["x > 10 cm"] == str(float(x[-1]) > 0.1)
+    assert (first["status"], first["ticks"], first["error"]) == ("done", "20", "")
+    assert swept.table["way [m]"].shape == (2,)
+    with pytest.raises(UnknownFieldError, match="there is no run 3 in"):
+        swept[3]
+
+
+def test_the_table_for_other_programs(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed (an extra)")
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed (an extra)")
+    path = written(tmp_path)
+    given = ("--set", "process/trouble.at=-1,5", "--parquet", "--workers", "1")
+    done = inside("sweep", str(path), *given, "--out", "s", folder=tmp_path)
+    assert done.returncode == 1, done
+    assert done.stdout == f"2 runs, in {Path('s', CSV)} and {Path('s/table.parquet')}\n"
+    frame = pandas.read_parquet(tmp_path / "s" / "table.parquet")
+    assert frame["sim.state.x [m]"].isna().tolist() == [False, True]
+    assert frame["process/trouble.at"].tolist() == [-1, 5]
+
+
+def test_a_run_that_fails_stops_nobody_and_is_listed(tmp_path: Path) -> None:
+    made = lab(tmp_path / "lab")
+    values = {"process/trouble.at": [-1, 7, -1, 9]}
+    swept = sweep(made, values, out=tmp_path / "s", workers=2)
+    sentence = "process/trouble: ValueError: too much of it (swept.py, line"
+    assert [*swept.failed] == [2, 4]
+    assert all(text.startswith(sentence) for text in swept.failed.values())
+    assert swept.table["ticks"].tolist() == [20, 6, 20, 8]
+    assert len(swept[2]["sim"]["state/x"]) == 6  # what was recorded is there
+
+
+@pytest.mark.parametrize("deaths", [1, 3])
+def test_a_worker_that_dies(tmp_path: Path, deaths: int) -> None:
+    """Its run is made again; a run whose workers always die is listed."""
+    made = lab(tmp_path / "lab")
+    file = tmp_path / "deaths"
+    file.write_text(f"{deaths}")
+    values = {"process/trouble.deadly": ["", str(file), ""]}
+    swept = sweep(made, values, out=tmp_path / "s", workers=1)
+    assert not file.exists()
+    assert len(swept) == 3
+    assert [*swept.failed] == [2][: deaths // 3]
+    for text in swept.failed.values():
+        assert text.startswith("its worker died 3 times: the process of job work was")
+
+
+def test_a_sweep_that_is_complete_makes_no_run(tmp_path: Path) -> None:
+    made = lab(tmp_path / "lab")
+    whole = sweep(made, seeds=4, out=tmp_path / "s", executor=Last())
+    again = sweep(made, seeds=4, out=tmp_path / "s", executor=Last(0))
+    assert whole.csv() == again.csv()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent as on Linux")
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL], ids=["int", "kill"])
+def test_it_goes_on_after_a_signal(tmp_path: Path, sign: signal.Signals) -> None:
+    path = written(tmp_path / "lab", "20 s")
+    words = ["sweep", str(path), "--seeds", "12", "--workers", "2", "--out", "s"]
+    running = subprocess.Popen(
+        command(*words),
+        cwd=tmp_path,
+        env=environment(),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        until(lambda: len([*(tmp_path / "s").glob("0*")]) >= 3)
+    finally:
+        running.send_signal(sign)
+        _, said = running.communicate()
+    there = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("0*")}
+    assert 3 <= len(there) < 12
+    if sign == signal.SIGINT:
+        assert running.returncode == 130
+        assert f"{len(there)} of 12 runs are there; type the same command" in said
+    done = rems(tmp_path, *words)
+    assert (done.returncode, done.stdout) == (0, f"12 runs, in {Path('s', CSV)}\n")
+    now = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("0*")}
+    assert now.items() >= there.items()
+    assert len(now) == 12
+    assert not [*(tmp_path / "s").glob(".part*")]
+    whole = sweep(path, seeds=12, out=tmp_path / "whole", workers=1)
+    assert (tmp_path / "s" / CSV).read_bytes() == whole.csv()
+
+
+def test_another_sweep_is_moved_away(tmp_path: Path) -> None:
+    made = lab(tmp_path / "lab")
+    sweep(made, seeds=1, out=tmp_path / "s", workers=1)
+    sweep(made, seeds=2, out=tmp_path / "s", workers=1)
+    assert len([*(tmp_path / "s.1").glob("0*")]) == 1
+    assert len([*(tmp_path / "s").glob("0*")]) == 2
+
+
+class Editing(ThreadPoolExecutor):
+    """Executor during whose second call a user saves a source."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(1)
+        self.file, self.calls = file, 0
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Save it before the call."""
+        self.calls += 1
+        if self.calls == 2:
+            self.file.write_text(self.file.read_text() + "\n# changed\n")
+        return super().submit(fn, *args)
+
+
+def test_a_source_that_differs_on_a_worker(tmp_path: Path) -> None:
+    made = lab(tmp_path / "lab")
+    editing = Editing(tmp_path / "lab" / "swept.py")
+    with editing, pytest.raises(ExperimentError) as refused:
+        sweep(made, seeds=3, out=tmp_path / "s", executor=editing)
+    assert "swept.py differs there and on" in str(refused.value)
+    assert "(R1024)" in str(refused.value)
+
+
+def _without_mujoco() -> None:
+    sys.modules["mujoco"] = None  # type: ignore[assignment]
+
+
+def test_a_worker_without_the_driver(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco", reason="mujoco is not installed (an extra)")
+    lacks = ProcessPoolExecutor(1, get_context("spawn"), _without_mujoco)
+    path = tmp_path / "lab.toml"
+    path.write_text(
+        '[experiment]\nduration = "1 s"\n[[robot]]\nname = "sim"\n'
+        'definition = "woodbot"\ndriver = "kinematic"\n'
+    )
+    with lacks, pytest.raises(ExperimentError) as refused:
+        sweep(path, {"robot/sim": ["mujoco"]}, out=tmp_path / "s", executor=lacks)
+    assert "the library mujoco is not installed there" in str(refused.value)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit on a file's size")
+@pytest.mark.parametrize("where", ["worker", "sweep"])
+def test_a_full_disk(tmp_path: Path, where: str) -> None:
+    """A limit on the size of files is the disk; a long input makes a large file."""
+    path = written(tmp_path / "lab")
+    text = path.read_text().replace('"swept.py:Weave"', '"csv"')
+    path.write_text(
+        text.replace('duration = "1 s"\n', "record = false\n").replace(
+            'type = "csv"\n\n[[robot]]',
+            'type = "csv"\noptions = { file = "a.csv" }\n\n[[robot]]',
+        )
+    )
+    head = "time [s],command/speed [m/s],command/turn [rad/s]\n"
+    (tmp_path / "lab" / "a.csv").write_text(f"{head}1.0,1,1\n")
+    (tmp_path / "lab" / "b.csv").write_text(f"{head}60.0,1,1\n")
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, where, str(path), "40000"],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stderr == ""
+    assert " run 3" in done.stdout
+    assert "type the same command again" in done.stdout
+    assert done.stdout.endswith("(R1025)\n2 of 4 runs are there.\n")
+    assert done.stdout.count("\n") == 2
+    left = sorted(path.name for path in (tmp_path / "s").iterdir())
+    assert left == ["001", "002", "sweep.json", "table.csv"]
+    values = {"input/weave.file": ["a.csv", "a.csv", "b.csv", "a.csv"]}
+    again = sweep(path, values, out=tmp_path / "s", workers=1)
+    assert again.table["ticks"].tolist() == [20, 20, 1200, 20]
+
+
+FULL = """
+import resource, sys
+from rems_net import sweep
+from rems_net.errors import ExperimentError
+from rems_net.sweeps.pool import Pool
+
+if __name__ == "__main__":
+    where, path, most = sys.argv[1:]
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    with Pool(1) as pool:
+        if where == "sweep":
+            pool.submit(len, "x").result()  # its process has no limit
+        resource.setrlimit(resource.RLIMIT_FSIZE, (int(most), hard))
+        values = {"input/weave.file": ["a.csv", "a.csv", "b.csv", "a.csv"]}
+        try:
+            sweep(path, values, out="s", executor=pool)
+        except ExperimentError as error:
+            print(error, *getattr(error, "__notes__", ()), sep="\\n")
+"""
+
+
+def test_a_pool_leaves_no_process() -> None:
+    with Pool(2) as pool:
+        pids = {pool.submit(os.getpid).result() for _ in range(4)}
+    assert os.getpid() not in pids
+    for pid in pids:
+        until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists())  # type: ignore[misc]
