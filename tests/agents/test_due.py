@@ -51,8 +51,8 @@ def frozen(folder: Path, freezes: int) -> None:
     with lab(due=2, process=True, ticks=freezes + 5).engine(out=folder) as engine:
         agent = engine["process/learner"]
         for _ in range(freezes + 5):
-            workers = runtime(agent).jobs._workers if done < freezes else []
-            pids = [worker._process.pid or 0 for worker in workers]
+            workers = runtime(agent).jobs._workers if done < freezes else None
+            pids = [one._process.pid or 0 for one in workers._all] if workers else []
             for pid in pids:
                 os.kill(pid, signal.SIGSTOP)
             thaw = threading.Timer(rng.uniform(0.0, 0.01), resume, [pids])
