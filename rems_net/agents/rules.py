@@ -1,6 +1,6 @@
 """Rules of connections: those of an experiment, and those of sticks and keys."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -115,3 +115,11 @@ def shared(
             f"{', '.join(own.paths)}. (R0420)"
         )
     return own.slice(*paths)
+
+
+def given_part(
+    own: Schema, theirs: Schema, rules: Rules, needed: Collection[str]
+) -> Schema:
+    """Return the fields of `own` that the writer gives, and those that are needed."""
+    given = given_paths(theirs, own, rules)
+    return own.slice(*(p for p in own.paths if p in given or p in needed))

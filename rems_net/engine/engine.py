@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequenc
 from functools import partial
 from typing import Any, NamedTuple
 
-from rems_net.agents.about.mistakes import never_set, refuse_returned
+from rems_net.agents.about.mistakes import refuse_returned
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import PHASES, Agent, Output, files_of
 from rems_net.agents.diagnosis import failure
@@ -20,10 +20,8 @@ from rems_net.agents.verbs import CALLED
 from rems_net.engine.called import Calls
 from rems_net.engine.inlet import Inlet, Network
 from rems_net.engine.recorded import MessageInlet
-from rems_net.engine.share import Share
-from rems_net.engine.trail import Trail
+from rems_net.engine.share import Share, Trail
 from rems_net.engine.visits import Visits
-from rems_net.events import warn
 from rems_net.maths.draws import Draws
 from rems_net.scenes.shared import Shared
 
@@ -60,7 +58,7 @@ class Engine:
         self.visits = Visits(self.inlets)
         self._phases: list[Phase] = []
         self._stepped = False
-        self._draws = Draws()
+        self.draws = Draws()  # random numbers that agents draw
 
     # -- once --------------------------------------------------------------------
 
@@ -94,7 +92,7 @@ class Engine:
 
     def open(self) -> None:
         """Let every agent acquire its devices and files, in the order of adding."""
-        self._draws = Draws()  # earlier draws are not the agents'
+        self.draws = Draws()  # earlier draws are not the agents'
         for agent in self.agents.values():
             self.acting = agent.key
             agent.open()
@@ -116,19 +114,6 @@ class Engine:
         self._phases = []  # a circle of references would keep agents' files open
         return made, failed
 
-    def sum_up(self, name: str, *, failed: bool) -> None:
-        """Warn of mistakes that are known only at the end.
-
-        These are: Outs that were never set, random numbers without a seed, and dropped
-        values. name: of the process that draws random numbers.
-        """
-        if not failed and (never := never_set(self.agents.values())):
-            warn("unset", never)
-        for sentence in self._draws.told(name):
-            warn("differs", sentence)
-        for inlet in self.inlets:
-            inlet.total()
-
     # -- who takes part ----------------------------------------------------------
 
     def connect(
@@ -146,10 +131,8 @@ class Engine:
         present = [i for i in self.inlets if i.agent.key in entries]
         for kind in PHASES:
             some = [agent for agent in here if agent.kind == kind]
-            # An output is not held up by a value that another one waits for. A
-            # recorder, which reads everything, waits for the most.
             groups = [some]
-            if kind == "output":
+            if kind == "output":  # none waits for another's; a recorder for the most
                 groups = [[one] for one in sorted(some, key=_is_recorder)]
             for group in groups:
                 ins = [i for i in present if PHASES[i.phase] == kind]

@@ -1,8 +1,7 @@
 """Acts of no agent: calls of verbs, values that are put at an In, STOP and release.
 
-`rems call robot/sim reset`, `fabric.robot("sim").reset()` and, of an engine,
-`engine["robot/sim"].reset()` or `engine.put(...)`. Such a thing is done between two
-ticks. Outputs that record receive it; a rerun repeats it.
+Such as `fabric.robot("sim").reset()` and, of an engine, `engine.put(...)`: it is done
+between two ticks. Outputs that record receive it; a rerun repeats it.
 """
 
 from __future__ import annotations

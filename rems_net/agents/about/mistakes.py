@@ -3,12 +3,15 @@
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
+from typing import Protocol
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import OWN
 from rems_net.agents.runtime import runtime
 from rems_net.defdict import DefDict
 from rems_net.errors import SchemaError
+from rems_net.events import warn
+from rems_net.maths.draws import Draws
 
 #: Number of Outs that were never set and are named; more are counted.
 SHOWN = 5
@@ -78,3 +81,31 @@ def never_set(agents: Iterable[Agent]) -> str:
     more = f", and {len(never) - SHOWN} more" if len(never) > SHOWN else ""
     end = "; who reads it saw its default"
     return f"{', '.join(never[:SHOWN])}{more}{end}" if never else ""
+
+
+class Totals(Protocol):
+    """What counts values that were dropped: an In of an engine."""
+
+    def total(self) -> None:
+        """Warn how many, and why."""
+
+
+def sum_up(
+    agents: Iterable[Agent],
+    inlets: Iterable[Totals],
+    draws: Draws,
+    name: str,
+    *,
+    failed: bool,
+) -> None:
+    """Warn of mistakes of an engine's agents that are known only at the end.
+
+    These are: Outs that were never set, random numbers without a seed, and dropped
+    values. name: of the process that draws random numbers.
+    """
+    if not failed and (never := never_set(agents)):
+        warn("unset", never)
+    for sentence in draws.told(name):
+        warn("differs", sentence)
+    for inlet in inlets:
+        inlet.total()

@@ -9,6 +9,7 @@ from math import inf
 from threading import get_ident
 from typing import Any, NamedTuple, Self
 
+from rems_net.agents.about.mistakes import sum_up
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
@@ -239,7 +240,9 @@ class Solo:
 
     def sum_up(self, *, failed: bool) -> None:
         """Warn of mistakes that are known only at the end, such as Outs never set."""
-        self._here().sum_up("an agent", failed=failed)
+        engine = self._here()
+        agents = engine.agents.values()
+        sum_up(agents, engine.inlets, engine.draws, "an agent", failed=failed)
 
     # -- for itself --------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
+from rems_net.agents.about.mistakes import sum_up
 from rems_net.agents.agent import Agent
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
@@ -222,7 +223,9 @@ class Host:
         made, trouble = self.engine.close()
         self.guard.end()
         failed = failed or trouble
-        self.engine.sum_up(self.name, failed=failed is not None)
+        engine, failing = self.engine, failed is not None
+        agents = engine.agents.values()
+        sum_up(agents, engine.inlets, engine.draws, self.name, failed=failing)
         self._complaints.total()
         # A clock of another machine may live although the parent of this host is gone.
         if not alone or not (self.ticket or self.guard.lost):

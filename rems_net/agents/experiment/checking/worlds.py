@@ -9,12 +9,12 @@ from rems_net.agents.about.wiring import Entry, resolve
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.protocol.plan import Plan, ghost_sources
-from rems_net.agents.rules import connect
+from rems_net.agents.rules import connect, given_part
 from rems_net.agents.runtime import runtime
 from rems_net.agents.world import World, gather
-from rems_net.engine.trail import followed
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import check_name
+from rems_net.scenes.description import FOLLOWED, POSE
 
 #: what every ghost needs, with an example
 _NEEDED = {"name": "real", "definition": "woodbot", "follows": "robot/real/state"}
@@ -106,7 +106,9 @@ def check_ghosts(
             )
         theirs = agents[one.entry.key].schemas()[one.port]
         rules = runtime(agents[world.key]).rules
-        connect(theirs, followed(theirs, rules), rules, one.key, reader)
+        connect(
+            theirs, given_part(FOLLOWED, theirs, rules, POSE), rules, one.key, reader
+        )
 
 
 def fill_worlds(plans: Mapping[str, Plan], agents: Mapping[str, Agent]) -> None:
