@@ -28,7 +28,7 @@ from rems_net.errors import (
 from rems_net.router import find
 from rems_net.router.asking import printable
 from rems_net.router.gate.access import is_of_team
-from rems_net.router.gate.standing import standing
+from rems_net.router.gate.identity import standing
 from rems_net.router.gate.stops import ask_who_stopped, read_said
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail

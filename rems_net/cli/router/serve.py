@@ -28,8 +28,8 @@ from rems_net.router.finding.address import (
 from rems_net.router.finding.interfaces import reachable
 from rems_net.router.gate.access import MEMBERS
 from rems_net.router.gate.classlist import load_class, slips_of
+from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.refusal import listens
-from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import OWNER, Users, load
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.relay.scouts import EVERYWHERE

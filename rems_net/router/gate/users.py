@@ -56,7 +56,7 @@ class Users:
             )
         return ", ".join(_many(len(self.names[role]), role) for role in ROLES)
 
-    def standing(self, name: str) -> tuple[str, str] | None:
+    def identity(self, name: str) -> tuple[str, str] | None:
         """Return role and team of a user (a team's role is ""); None for a stranger."""
         return self.standings().get(name)
 
