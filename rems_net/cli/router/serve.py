@@ -144,7 +144,7 @@ def _page(args: argparse.Namespace, session: Session) -> Iterator[None]:
     class_ = None
     if args.pages and users:
         fabrics = {
-            n: users.standings()[n][1] or session.fabric for n in users.passwords
+            n: users.identities()[n][1] or session.fabric for n in users.passwords
         }
         class_ = ClassPages(
             host,
