@@ -15,9 +15,9 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from rems_net.cli.options import add_at, console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
-from rems_net.cli.words import add_at, console, warn
 from rems_net.client import join
 from rems_net.errors import DeniedError, ExperimentError, MissingPartError
 from rems_net.router.gate.users import OWNER

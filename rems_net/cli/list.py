@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.words import add_at, console, plain_table
+from rems_net.cli.options import add_at, console, plain_table
 from rems_net.client import Fabric, join
 from rems_net.client.people import people
 from rems_net.client.stopping import stop_that_holds

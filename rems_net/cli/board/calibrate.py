@@ -10,7 +10,7 @@ from typing import Any
 
 from rems_net.agents import parts
 from rems_net.agents.robot import Definition
-from rems_net.cli.words import add_at, console, plain_table, warn
+from rems_net.cli.options import add_at, console, plain_table, warn
 from rems_net.client import Proxy, join
 from rems_net.errors import AgentError, ExperimentError, FabricError, uncoded
 from rems_net.firmware.calibration import Servo, fit

@@ -10,9 +10,9 @@ from rems_net.agents.experiment.serving import serve
 from rems_net.agents.experiment.show import Reports
 from rems_net.cli import typed
 from rems_net.cli.dashboard import check_library
+from rems_net.cli.options import console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import sheet_of
-from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.router import notes

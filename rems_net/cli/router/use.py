@@ -5,7 +5,7 @@ import getpass
 import os
 import sys
 
-from rems_net.cli.words import add_fabric
+from rems_net.cli.options import add_fabric
 from rems_net.client import Fabric
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.find import PASSWORD, VARIABLE, credentials
