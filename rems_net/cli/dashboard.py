@@ -130,8 +130,8 @@ def invite(
 def _show(args: argparse.Namespace) -> int:
     """Serve the page of a recording, or of two, until Ctrl+C."""
     from rems_net.cli.info import recording_in
-    from rems_net.dashboard.recorded.server import RecordedServer
-    from rems_net.dashboard.recorded.show import Show
+    from rems_net.dashboard.recorded.page import RecordedServer
+    from rems_net.dashboard.recorded.runs import RecordedRuns
     from rems_net.dashboard.serving import listening_at, serve
 
     if len(args.recordings) > MOST:
@@ -145,7 +145,7 @@ def _show(args: argparse.Namespace) -> int:
             f"leave out --{given[0]}; viewers open the file itself. (R1001)"
         )
     with (
-        closing(Show(*map(recording_in, args.recordings))) as show,
+        closing(RecordedRuns(*map(recording_in, args.recordings))) as show,
         listening_at(args.listen, _ports(args)) as (sock, door),
     ):
         for sentence in show.notes:

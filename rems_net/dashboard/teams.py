@@ -13,7 +13,7 @@ from typing import Any
 from rems_net.client import Fabric
 from rems_net.client.people import people
 from rems_net.client.stopping import stop_each
-from rems_net.dashboard.desk import look_at
+from rems_net.dashboard.requests import look_at
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.router.find import fabrics, on_each
 from rems_net.router.gate.access import MEMBERS, is_of_team
