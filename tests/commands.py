@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -45,6 +46,13 @@ def environment(**more: str) -> dict[str, str]:
 def command(*args: str) -> list[str]:
     """What runs `rems args...`; what it is warned of is an error."""
     return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
+
+
+def link_of(process: Running) -> str:
+    """Return the link that a command prints."""
+    assert process.stdout is not None
+    found = (re.search(r"http://\S+", line) for line in process.stdout)
+    return next(one for one in found if one).group()
 
 
 @contextmanager

@@ -329,7 +329,7 @@ def test_time_is_received() -> None:
 
 
 #: what tells the system time, and what compares it with another laptop's
-TELL_THE_TIME = {"agents/clock/answers.py", "client/checkup.py"}
+TELL_THE_TIME = {"agents/clock/replies.py", "client/checkup.py"}
 
 
 def test_the_time_of_day_decides_nothing() -> None:

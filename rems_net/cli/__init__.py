@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = parser(given).parse_args(given)
         args.words, args.command = words, _command(given)
         if args.command in AWAY:
-            import_module("rems_net.cli.words").say_where(getattr(args, "at", ""))
+            import_module("rems_net.cli.options").say_where(getattr(args, "at", ""))
         for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
@@ -120,7 +120,7 @@ def _command(given: Sequence[str]) -> str:
 def parser(given: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser for these words; only the verbs among them are imported."""
     # Imported here, as all that takes time: Ctrl+C works from the start.
-    from rems_net.cli.words import HelpFormatter
+    from rems_net.cli.options import HelpFormatter
 
     made = Parser(
         prog="rems",
@@ -149,7 +149,7 @@ def parser(given: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def _sub(verbs: Any, name: str, doc: str, *, listed: bool) -> argparse.ArgumentParser:
-    from rems_net.cli.words import HelpFormatter
+    from rems_net.cli.options import HelpFormatter
 
     shown = {"help": doc} if listed else {}
     made: argparse.ArgumentParser = verbs.add_parser(

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.words import add_like, add_run, recording_of, show_path
+from rems_net.cli.options import add_like, add_run, recording_of, show_path
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rems_net.cli.words import add_at, value_of
+from rems_net.cli.options import add_at, value_of
 from rems_net.client import join
 
 EXAMPLES = """\

@@ -2,7 +2,7 @@
 
 import argparse
 
-from rems_net.cli.words import add_at
+from rems_net.cli.options import add_at
 from rems_net.client import join
 from rems_net.errors import ExperimentError
 

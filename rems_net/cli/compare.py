@@ -2,8 +2,8 @@
 
 import argparse
 
+from rems_net.cli.options import add_like, add_run, console, recording_of, show_files
 from rems_net.cli.report import report
-from rems_net.cli.words import add_like, add_run, console, recording_of, show_files
 from rems_net.errors import ExperimentError
 from rems_net.recordings.parting.why import reference
 

@@ -15,9 +15,9 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from rems_net.cli.options import add_at, console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
-from rems_net.cli.words import add_at, console, warn
 from rems_net.client import join
 from rems_net.errors import DeniedError, ExperimentError, MissingPartError
 from rems_net.router.gate.users import OWNER
@@ -130,8 +130,8 @@ def invite(
 def _show(args: argparse.Namespace) -> int:
     """Serve the page of a recording, or of two, until Ctrl+C."""
     from rems_net.cli.info import recording_in
-    from rems_net.dashboard.recorded.server import RecordedServer
-    from rems_net.dashboard.recorded.show import Show
+    from rems_net.dashboard.recorded.page import RecordedServer
+    from rems_net.dashboard.recorded.runs import RecordedRuns
     from rems_net.dashboard.serving import listening_at, serve
 
     if len(args.recordings) > MOST:
@@ -145,7 +145,7 @@ def _show(args: argparse.Namespace) -> int:
             f"leave out --{given[0]}; viewers open the file itself. (R1001)"
         )
     with (
-        closing(Show(*map(recording_in, args.recordings))) as show,
+        closing(RecordedRuns(*map(recording_in, args.recordings))) as show,
         listening_at(args.listen, _ports(args)) as (sock, door),
     ):
         for sentence in show.notes:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import rems_net
 from rems_net.agents.experiment.file import load
+from rems_net.cli.options import console
 from rems_net.cli.run import Runner, add_common
-from rems_net.cli.words import console
 from rems_net.errors import MissingPartError, uncoded
 
 EXAMPLES = """\

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import unquote, urlparse
 from urllib.request import url2pathname
 
-from rems_net.cli.words import warn
+from rems_net.cli.options import warn
 from rems_net.errors import ExperimentError, MissingPartError, nearest
 
 EXAMPLES = """\

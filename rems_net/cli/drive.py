@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.options import add_at, warn
 from rems_net.client import Fabric, join
 from rems_net.client.driving import PERIOD, RENEWAL, Driving
 from rems_net.defdict import DefDict

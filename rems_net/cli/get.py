@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rems_net.cli.words import add_at, console, short_key, show_path, show_value
+from rems_net.cli.options import add_at, console, short_key, show_path, show_value
 from rems_net.client import join
 from rems_net.errors import ExperimentError
 from rems_net.pictures import is_picture, png

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from rems_net.cli.words import add_like, add_run, console, recording_of
+from rems_net.cli.options import add_like, add_run, console, recording_of
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\

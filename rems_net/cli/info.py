@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.words import add_run, run_of
+from rems_net.cli.options import add_run, run_of
 from rems_net.errors import ExperimentError
 from rems_net.recordings.mcap.info import describe
 from rems_net.recordings.mcap.reader import McapFile

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
-from rems_net.cli.words import add_at, console, plain_table
+from rems_net.cli.options import add_at, console, plain_table
 from rems_net.client import Fabric, join
 from rems_net.client.people import people
 from rems_net.client.stopping import stop_that_holds
 from rems_net.errors import FabricError, some
 from rems_net.router.find import fabrics, on_each, open_session
-from rems_net.router.gate.standing import standing
+from rems_net.router.gate.identity import identity
 from rems_net.router.relay.people import Person
 
 EXAMPLES = """\
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
 def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
     """Return the STOP that holds here and its author, a line for each fabric."""
     session = fabric.session
-    known = standing(session)
+    known = identity(session)
     names = fabrics(session) if all_there else [session.fabric]
     if known is not None and known.fabric not in names:
         names.append(known.fabric)  # its robots may be driven from here
@@ -98,7 +98,7 @@ def _show_people(args: argparse.Namespace) -> int:
     """Print a line for each laptop of each user, and the users who have not come."""
     with open_session(args.fabric, args.at) as session:
         found = people(session)
-        known = standing(session)
+        known = identity(session)
     if args.json:
         print(json.dumps([one._asdict() for one in found], indent=2))
         return 0

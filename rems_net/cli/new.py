@@ -10,7 +10,7 @@ from string import Template
 
 import rems_net
 from rems_net.bodies.files.draft import drafted
-from rems_net.cli.words import console
+from rems_net.cli.options import console
 from rems_net.errors import ExperimentError, nearest
 
 EXAMPLES = """\

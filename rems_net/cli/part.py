@@ -16,7 +16,7 @@ from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.parts import Part
 from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names
-from rems_net.cli.words import plain_table, show_path
+from rems_net.cli.options import plain_table, show_path
 from rems_net.defdict import Field, Schema
 from rems_net.libraries import no_wheels
 

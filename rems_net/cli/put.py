@@ -5,7 +5,7 @@ import time
 from typing import Any
 
 from rems_net.agents.experiment.checking.settings import seconds
-from rems_net.cli.words import add_at, value_of
+from rems_net.cli.options import add_at, value_of
 from rems_net.client import join
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import full_key

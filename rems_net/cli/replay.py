@@ -8,7 +8,7 @@ from rems_net.agents.experiment.again.replayed import replayed
 from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.progress import usual
 from rems_net.cli.info import recording_in
-from rems_net.cli.words import add_fabric, fabric_of
+from rems_net.cli.options import add_fabric, fabric_of
 
 EXAMPLES = """\
 examples:

@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from rems_net.cli.words import plain_table, show_path, warn
+from rems_net.cli.options import plain_table, show_path, warn
 from rems_net.errors import ExperimentError, MissingPartError
 from rems_net.recordings.comparison import Pair, Trajectory, compare
 from rems_net.recordings.csv_file import heading

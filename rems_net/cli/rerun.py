@@ -10,7 +10,7 @@ from rems_net.agents.experiment.again.compared import Compared, Difference, comp
 from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.cli.info import recording_in
-from rems_net.cli.words import add_run, run_of
+from rems_net.cli.options import add_run, run_of
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\

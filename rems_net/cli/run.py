@@ -12,8 +12,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
-from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import (
+from rems_net.cli.options import (
     add_experiment,
     add_fabric,
     console,
@@ -22,6 +21,7 @@ from rems_net.cli.words import (
     show_files,
     warn,
 )
+from rems_net.cli.script import no_words, run_script
 from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
 from rems_net.events import Event
 

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from rems_net.agents import parts, registry
 from rems_net.agents.parts import Part
+from rems_net.cli.options import console, plain_table, warn
 from rems_net.cli.part import about, first_sentence, identity, kind_of, missing, show
-from rems_net.cli.words import console, plain_table, warn
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.libraries import no_wheels
 

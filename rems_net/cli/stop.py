@@ -10,7 +10,7 @@ from contextlib import suppress
 from threading import Event
 from typing import NamedTuple
 
-from rems_net.cli.words import add_at, warn
+from rems_net.cli.options import add_at, warn
 from rems_net.client import Fabric, join
 from rems_net.client.stopping import stop_each
 from rems_net.errors import ExperimentError, FabricError, NoRouterError

@@ -6,8 +6,8 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
+from rems_net.cli.options import show_path, warn
 from rems_net.cli.rerun import pairs
-from rems_net.cli.words import show_path, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.sweeps.factors import listed
 from rems_net.sweeps.store import CSV

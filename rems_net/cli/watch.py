@@ -5,7 +5,7 @@ import json
 from fnmatch import fnmatchcase
 from typing import Any
 
-from rems_net.cli.words import add_at, short_key, show_value, warn
+from rems_net.cli.options import add_at, short_key, show_value, warn
 from rems_net.client import Fabric, join
 from rems_net.client.watcher import Watcher
 from rems_net.errors import FabricError, RemsError

@@ -2,8 +2,8 @@
 
 import argparse
 
+from rems_net.cli.options import add_at
 from rems_net.cli.router.status import show_findings
-from rems_net.cli.words import add_at
 from rems_net.client import join
 from rems_net.router.find import chosen
 from rems_net.router.keys import full_key

@@ -19,7 +19,7 @@ from rems_net.client.commands import Commands
 from rems_net.errors import FabricError, RemsError, nearest, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal, meets, printable
-from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.identity import check_member
 from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail
 from rems_net.router.session import DOUBT, Session

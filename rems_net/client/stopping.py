@@ -20,7 +20,7 @@ from rems_net.client.client import Client, Gathered
 from rems_net.errors import DeniedError, FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal
-from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.stops import who_stopped
 from rems_net.router.gate.users import OWNER
 from rems_net.router.mail import Mail

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from rems_net.dashboard.hands import Hands
+from rems_net.dashboard.controls import Controls
 from rems_net.dashboard.protocol import RATE
 
 #: bytes that wait for a page. A page with more gets nothing until they are gone.
@@ -56,10 +56,10 @@ class Visitor:
 class Page(Visitor):
     """A browser that shows a fabric."""
 
-    def __init__(self, link: Any, hands: Hands):
+    def __init__(self, link: Any, controls: Controls):
         super().__init__(link)
         #: the robots that it drives
-        self.hands = hands
+        self.controls = controls
         #: number of channels and of schemas that it knows
         self.channels = 0
         self.schemas = 0

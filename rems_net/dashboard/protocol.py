@@ -5,7 +5,7 @@ The page speaks JSON texts, at most LONGEST bytes each and RATE a second:
   {"hello": TOKEN, "version": 1, "fabric": NAME}
                                      the first message; anything else ends it. Without
                                      a fabric it is the one that was joined
-  {"do": VERB, "id": 7, ...}         a request: see `desk.py` and `teams.py` for the
+  {"do": VERB, "id": 7, ...}         a request: see `requests.py` and `teams.py` for the
                                      verbs
   {"look": [AGENT]}                  the agents of which it shows every port; of
                                      other robots it gets the port `state` only

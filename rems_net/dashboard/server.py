@@ -22,8 +22,8 @@ from websockets.http11 import Request, Response
 import rems_net
 from rems_net.client import Fabric
 from rems_net.dashboard.accounts import Accounts
+from rems_net.dashboard.controls import Controls
 from rems_net.dashboard.door import VIEWERS, Answer, Door, refusal
-from rems_net.dashboard.hands import Hands
 from rems_net.dashboard.pages import Page, Visitor
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
@@ -49,7 +49,7 @@ QUIET = logging.getLogger("rems_net.dashboard.websockets")
 QUIET.setLevel(logging.CRITICAL)
 
 
-class Listening:
+class PageServer:
     """The door of a page's server: who gets in by which token, and how fast it speaks.
 
     A server of pages has a method `meet` for each connection.
@@ -153,7 +153,7 @@ class Listening:
                 yield text
 
 
-class Server(Listening):
+class Server(PageServer):
     """Server of the pages of one fabric. `run` serves until it is cancelled.
 
     rate: frames per second.
@@ -227,13 +227,13 @@ class Server(Listening):
         if stream is None:
             await link.close(FOREIGN, "a fabric of another team")
             return
-        page = Page(link, Hands(stream.fabric, stream.workers))
+        page = Page(link, Controls(stream.fabric, stream.workers))
         try:
             await page.send({"welcome": self._welcome(stream)})
             stream.add(page)
             await self._hear(page, stream)
         finally:
-            page.hands.let_go()
+            page.controls.let_go()
             stream.remove(page)
             self.streams.leave(stream)
 
@@ -246,7 +246,7 @@ class Server(Listening):
             "user": link.user,
             "rate": stream.rate,
             "layout": self._layout,
-            "may": [*stream.desk.deeds, *self.teams.deeds],
+            "may": [*stream.requests.deeds, *self.teams.deeds],
         }
 
     async def _hear(self, page: Page, stream: Stream) -> None:
@@ -268,17 +268,17 @@ class Server(Listening):
                 stream.want()
                 return
             if "hand" in request:
-                page.hands.take(request, time.monotonic())
+                page.controls.take(request, time.monotonic())
                 return
             verb = str(request.get("do"))
             stops: dict[str, Callable[[], None]] = {
-                "stop": stream.desk.put_stop,
+                "stop": stream.requests.put_stop,
                 "stop_teams": partial(self.teams.put_stop, request),
             }
             if verb in stops:  # before any robot is asked
                 loop = asyncio.get_running_loop()
                 await loop.run_in_executor(self._stopper, stops[verb])
-            do = page.hands.drive if verb == "drive" else stream.desk.do
+            do = page.controls.drive if verb == "drive" else stream.requests.do
             do = self.teams.deeds.get(verb, do)
             answer["result"] = await stream.in_thread(partial(do, request))
         except RemsError as error:

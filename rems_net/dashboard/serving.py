@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from rems_net.client import Fabric
 from rems_net.dashboard.door import Door
-from rems_net.dashboard.recorded.server import RecordedServer
+from rems_net.dashboard.recorded.page import RecordedServer
 from rems_net.dashboard.server import Server
 from rems_net.errors import FabricError
 from rems_net.router.find import open_session

@@ -11,11 +11,11 @@ from functools import partial
 from typing import Any, TypeVar
 
 from rems_net.client import Fabric
-from rems_net.dashboard.desk import Desk
+from rems_net.dashboard.controls import CHECK, Controls
 from rems_net.dashboard.feed import Channel, Feed
-from rems_net.dashboard.hands import CHECK, Hands
 from rems_net.dashboard.pages import Page, ready, text_of
 from rems_net.dashboard.protocol import Value, pack_frame
+from rems_net.dashboard.requests import Requests
 from rems_net.errors import RemsError
 from rems_net.events import warn
 
@@ -46,7 +46,7 @@ class Stream:
     ):
         self.fabric, self.rate = fabric, rate
         self._send, self._again = send, again
-        self.desk = Desk(fabric)
+        self.requests = Requests(fabric)
         self.feed = Feed(fabric.session, self._learn)
         self.pages: set[Page] = set()
         #: digest -> fields, or None for an unknown schema, in the order of learning
@@ -59,7 +59,7 @@ class Stream:
         #: count of the runs so far; a run's own number is random
         self._runs = 1
         #: threads for what may wait
-        self.workers = ThreadPoolExecutor(4, "desk")
+        self.workers = ThreadPoolExecutor(4, "requests")
         self._looked = asyncio.Event()
         #: errors of the server itself that were reported
         self._failures: set[str] = set()
@@ -189,7 +189,7 @@ class Stream:
             page.events = self.feed.told
         if page.scenes != self._scenes[0]:
             page.scenes, news["scenes"] = self._scenes
-        if beat := page.hands.beat(time.monotonic()):
+        if beat := page.controls.beat(time.monotonic()):
             news["beat"] = beat
         if news:
             self._send([page.link], text_of(news))
@@ -201,7 +201,9 @@ class Stream:
             return
         self._asked.add(name)
         loop = asyncio.get_running_loop()
-        asked = loop.run_in_executor(self.workers, self.desk.schema, channel, payload)
+        asked = loop.run_in_executor(
+            self.workers, self.requests.schema, channel, payload
+        )
         run = self._runs
 
         def learnt(done: asyncio.Future[Any]) -> None:
@@ -222,7 +224,7 @@ class Stream:
             self._looked.clear()
             if self.feed.is_open:
                 with suppress(RemsError):
-                    found = await self.in_thread(self.desk.status)
+                    found = await self.in_thread(self.requests.status)
                     if found != self._status[1]:
                         self._status = (self._status[0] + 1, found)
                     alone = 0 if found["clock"] else alone + 1
@@ -237,12 +239,12 @@ class Stream:
             fabric, old = old, fabric
         if fabric is not self.fabric:
             self.feed.close()
-            self.fabric, self.desk = fabric, Desk(fabric)
+            self.fabric, self.requests = fabric, Requests(fabric)
             self.feed = Feed(fabric.session, self._learn)
             self._begin_anew()
             for page in self.pages:
-                page.hands.let_go()
-                page.hands = Hands(fabric, self.workers)
+                page.controls.let_go()
+                page.controls = Controls(fabric, self.workers)
             if self.pages:
                 self.feed.open()
                 self.want()
@@ -253,7 +255,7 @@ class Stream:
         while True:
             await asyncio.sleep(CHECK)
             for page in self.pages:
-                page.hands.look(time.monotonic())
+                page.controls.look(time.monotonic())
 
     async def _look_at_scenes(self) -> None:
         """Ask for places and outlines when agents have come or gone."""
@@ -262,6 +264,6 @@ class Stream:
             if self.feed.is_open and self._drawn != self.feed.agents:
                 self._drawn = set(self.feed.agents)
                 with suppress(RemsError):
-                    ask = partial(self.desk.scenes, self._drawn)
+                    ask = partial(self.requests.scenes, self._drawn)
                     found = await self.in_thread(ask)
                     self._scenes = (self._scenes[0] + 1, found)

@@ -13,11 +13,11 @@ from typing import Any
 from rems_net.client import Fabric
 from rems_net.client.people import people
 from rems_net.client.stopping import stop_each
-from rems_net.dashboard.desk import look_at
+from rems_net.dashboard.requests import look_at
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.router.find import fabrics, on_each
 from rems_net.router.gate.access import MEMBERS, is_of_team
-from rems_net.router.gate.standing import standing
+from rems_net.router.gate.identity import identity
 from rems_net.router.keys import is_name
 from rems_net.router.relay.people import Person
 from rems_net.router.session import Session
@@ -86,7 +86,7 @@ class Teams:
 
 def may_see(session: Session, fabric: str) -> bool:
     """Return whether the user of this session may look at a fabric."""
-    known = standing(session)
+    known = identity(session)
     return known is None or known.may_see(fabric)
 
 
@@ -99,7 +99,7 @@ def _names(request: dict[str, Any]) -> list[str]:
 
 
 def _look(session: Session) -> dict[str, Any]:
-    known = standing(session)
+    known = identity(session)
     there = fabrics(session)
     states = on_each(session, there, look_at)
     everybody = _people(session) if known is not None else []

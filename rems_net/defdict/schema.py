@@ -18,8 +18,8 @@ from typing import Any
 
 from rems_net.defdict.conversion.convert import Converter, converter
 from rems_net.defdict.conversion.rule import Rule
+from rems_net.defdict.fields.descriptions import definition
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import definition
 from rems_net.defdict.trees import describe
 from rems_net.defdict.trees.paths import matching
 from rems_net.defdict.trees.tree import Tree

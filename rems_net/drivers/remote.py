@@ -28,7 +28,7 @@ from rems_net.errors import (
 from rems_net.router import find
 from rems_net.router.asking import printable
 from rems_net.router.gate.access import is_of_team
-from rems_net.router.gate.standing import standing
+from rems_net.router.gate.identity import identity
 from rems_net.router.gate.stops import ask_who_stopped, read_said
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.mail import Mail
@@ -186,7 +186,7 @@ class Remote(Driven):
                 "it is frozen or cut off. Start it anew where it runs, or take another "
                 "robot. (R0310)"
             )
-        known, bring = standing(session), "type"
+        known, bring = identity(session), "type"
         if known is not None and known.team and not is_of_team(known.team, fabric):
             bring = "a teacher types"
         hint = nearest(name, there) or f" Robots there: {some(there)}."

@@ -12,7 +12,7 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Generic, Protocol, Self, TypeVar
 
-from rems_net.emulators import words
+from rems_net.emulators import commands
 from rems_net.emulators.faults import BITS, Faults, resampled
 
 #: s. A packet that would wait longer for those before it is dropped.
@@ -109,11 +109,11 @@ class Emulator(Generic[AnyDevice]):
     @property
     def words(self) -> list[str]:
         """The sentences that `tell` takes, such as `unplug SECONDS`."""
-        return words.known(self)
+        return commands.known(self)
 
     def tell(self, sentence: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
-        self._asked.put(words.read(self, sentence))
+        self._asked.put(commands.read(self, sentence))
 
     # -- what can happen, in its own thread --------------------------------------
 

@@ -255,7 +255,7 @@ class Recording(Mapping[str, "Columns"]):
         of the others. Raises UnknownFieldError, and ExperimentError for two that have
         nothing to compare.
         """
-        from rems_net.recordings.parting.both import Both
+        from rems_net.recordings.parting.pair import RobotPair
         from rems_net.recordings.parting.why import reference, why
 
         names = list(self)
@@ -269,7 +269,7 @@ class Recording(Mapping[str, "Columns"]):
             )
         told = self.manifest()
         starts = tuple(told.robots.get(name) for name in (a, b))
-        return why(Both(self[a], self[b], starts))
+        return why(RobotPair(self[a], self[b], starts))
 
     def plot(self, *fields: str, path: Path | str | None = None) -> Any:
         """Draw it to `plot.png` in its folder, or to `path`; a notebook shows it.

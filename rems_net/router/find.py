@@ -18,8 +18,8 @@ from rems_net.router.finding.address import (
     to_endpoint,
 )
 from rems_net.router.finding.interfaces import source
+from rems_net.router.gate.identity import check_sees, identity
 from rems_net.router.gate.refusal import listens
-from rems_net.router.gate.standing import check_sees, standing
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
@@ -109,7 +109,7 @@ def fabrics(session: Session) -> list[str]:
     """Return the visible fabrics at this router that have a clock or a robot."""
     found = session.who("*/clock/@alive") + session.who("*/robot/*/@alive")
     names = {key.partition("/")[0] for key in found if key.isprintable()}
-    known = standing(session)
+    known = identity(session)
     return sorted(name for name in names if known is None or known.may_see(name))
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from rems_net.errors import FabricError, WireError
 from rems_net.router.gate.access import WHO, is_of_team
-from rems_net.router.gate.standing import answer_for
+from rems_net.router.gate.identity import answer_for
 from rems_net.router.gate.stops import Stop
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC, is_name

@@ -19,7 +19,7 @@ from rems_net.errors import AgentError
 from rems_net.robots.woodbot import Woodbot
 from rems_net.router.message import machine, pack
 from tests.agents.runs import free_port, ticking, until
-from tests.cli.conftest import place, starting
+from tests.cli.conftest import FREE, place, starting
 from tests.cli.school import Class, Screen, known_as
 from tests.commands import Run
 from tests.drivers import alone
@@ -233,19 +233,6 @@ def test_everybody_is_told_who_has_said_stop(
     assert teacher("stop", "--release").returncode == 0
     assert "STOP" not in teacher("list").stdout
     assert len(school.agent.matching(stop)) == 1
-
-
-FREE = """\
-[experiment]
-name = "free"
-dt = "20 ms"
-duration = "600 s"
-pace = 1.0
-[[robot]]
-name = "bot"
-definition = "woodbot"
-driver = "kinematic"
-"""
 
 
 def test_a_run_prints_who_has_stopped_its_fabric(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rems_net.cli.get import save
-from rems_net.cli.words import show_value
+from rems_net.cli.options import show_value
 from rems_net.defdict import Schema, array, length
 from rems_net.errors import ExperimentError
 from rems_net.pictures import png

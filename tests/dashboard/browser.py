@@ -188,3 +188,14 @@ def _tab(port: str, process: subprocess.Popen[str]) -> Iterator[Browser]:
     url = next(one["webSocketDebuggerUrl"] for one in tabs if one["type"] == "page")
     with connect(url, max_size=None, compression=None) as socket:
         yield Browser(socket, process)
+
+
+@contextmanager
+def page_at(link: str, folder: Path, ready: str) -> Iterator[Browser]:
+    """Open a page and wait until it is ready; at the end it must have no errors."""
+    with browser(folder) as made:
+        made.size(1280, 800)
+        made.go(link)
+        made.until(ready)
+        yield made
+        assert made.errors == []

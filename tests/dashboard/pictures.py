@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import tempfile
 from pathlib import Path
 
-from tests.commands import ROOT, command, python
+from tests.commands import ROOT, command, link_of, python
 from tests.dashboard.browser import browser
 from tests.dashboard.recordings import page as opened
 from tests.pages import blocks
@@ -100,9 +99,7 @@ def live() -> None:
             text=True,
         )
         try:
-            assert run.stdout is not None
-            found = (re.search(r"http://\S+", line) for line in run.stdout)
-            link = next(one for one in found if one).group()
+            link = link_of(run)
             with browser(Path(folder)) as tab:
                 tab.size(1280, 800)
                 tab.go(link.replace("/#", f"/{FIELDS}#"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net import Experiment, Input, Out, Tick, Woodbot
-from tests.commands import command, environment
+from tests.commands import command, environment, link_of
 
 #: s. Length of a tick, and of a recording.
 DT, LONG = 0.02, 5.0
@@ -53,9 +52,7 @@ def page(*words: str | Path) -> Iterator[str]:
         text=True,
     )
     try:
-        assert process.stdout is not None
-        found = (re.search(r"http://\S+", line) for line in process.stdout)
-        yield next(one for one in found if one).group()
+        yield link_of(process)
     finally:
         process.terminate()
         process.communicate()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +14,7 @@ from rems_net.agents.about.scenery import scene_of
 from rems_net.bodies.tree import Tree
 from rems_net.robots.scaler import BEGIN, Scaler
 from tests.agents.runs import until
-from tests.commands import command, environment
+from tests.commands import command, environment, link_of
 from tests.dashboard.browser import Browser, browser
 
 ROOM = """<mujoco>
@@ -78,9 +77,7 @@ def link(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         text=True,
     )
     try:
-        assert run.stdout is not None
-        found = (re.search(r"http://\S+", line) for line in run.stdout)
-        yield next(one for one in found if one).group()
+        yield link_of(run)
     finally:
         run.terminate()
         run.communicate()

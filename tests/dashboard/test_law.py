@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import PARTS
-from tests.commands import command, environment
+from tests.commands import command, environment, link_of
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -48,9 +47,7 @@ def test_thirty_pages_and_a_frozen_one_change_no_byte(tmp_path: Path) -> None:
     )
     watchers = []
     try:
-        assert process.stdout is not None
-        found = (re.search(r"http://\S+", line) for line in process.stdout)
-        link = next(one for one in found if one).group()
+        link = link_of(process)
         for count in (30, 1):
             words = [sys.executable, str(WATCHERS), link, str(count)]
             watchers.append(subprocess.Popen(words, stdout=subprocess.PIPE, text=True))
@@ -58,7 +55,7 @@ def test_thirty_pages_and_a_frozen_one_change_no_byte(tmp_path: Path) -> None:
         assert frozen.stdout is not None
         assert frozen.stdout.readline() == "open\n"
         os.kill(frozen.pid, signal.SIGSTOP)
-        assert process.wait(60) == 0, process.stdout.read()
+        assert process.wait(60) == 0, process.communicate()[0]
         counts = json.loads(watchers[0].communicate(timeout=20)[0].split()[-1])
         assert len(counts) == 30
         assert min(counts) > 10

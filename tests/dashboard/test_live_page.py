@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from rems_net.client import join
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import until
 from tests.dashboard import test_page
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, page_at
 
 TUNED = Path(__file__).parents[1] / "engine"
 HOLDER = """
@@ -54,21 +55,18 @@ class Lab(test_page.Lab):
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    made = Lab(tmp_path_factory.mktemp("live"))
-    try:
+    with closing(Lab(tmp_path_factory.mktemp("live"))) as made:
         yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture(scope="module")
 def tab(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("browser")) as made:
-        made.size(1280, 800)
-        made.go(lab.link)
-        made.until("rems.store.ports.get('robot/cart/state')?.tick > 0")
+    folder, ready = (
+        tmp_path_factory.mktemp("browser"),
+        "rems.store.ports.get('robot/cart/state')?.tick > 0",
+    )
+    with page_at(lab.link, folder, ready) as made:
         yield made
-        assert made.errors == []
 
 
 def opened(tab: Browser, agent: str) -> None:

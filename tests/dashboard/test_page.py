@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.agents.runs import PARTS, until
-from tests.commands import command, environment
-from tests.dashboard.browser import Browser, browser
+from tests.commands import command, environment, link_of
+from tests.dashboard.browser import Browser, page_at
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -57,9 +57,7 @@ class Lab:
         """Start a page of its own; return its link."""
         page = self.start("dashboard", "--no-qr", *words, stdout=subprocess.PIPE)
         self._started.append(page)
-        assert page.stdout is not None
-        found = (re.search(r"http://\S+", line) for line in page.stdout)
-        return next(one for one in found if one).group()
+        return link_of(page)
 
     def start(self, *words: str, **more: Any) -> subprocess.Popen[str]:
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
@@ -89,21 +87,15 @@ class Lab:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    made = Lab(tmp_path_factory.mktemp("page"))
-    try:
+    with closing(Lab(tmp_path_factory.mktemp("page"))) as made:
         yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture(scope="module")
 def tab(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("browser")) as made:
-        made.size(1280, 800)
-        made.go(lab.link)
-        made.until(f"{ROBOT} && {ROBOT}.tick > 0")
+    ready = f"{ROBOT} && {ROBOT}.tick > 0"
+    with page_at(lab.link, tmp_path_factory.mktemp("browser"), ready) as made:
         yield made
-        assert made.errors == []
 
 
 def test_it_shows_values_as_they_change(tab: Browser) -> None:

@@ -12,8 +12,8 @@ import pytest
 
 from rems_net import Experiment, Schema
 from rems_net.dashboard.recorded.player import Player, Wish, read_wish
+from rems_net.dashboard.recorded.runs import RecordedRuns
 from rems_net.dashboard.recorded.scenes import scenes_of
-from rems_net.dashboard.recorded.show import Show
 from rems_net.defdict import array, cdr, length
 from rems_net.errors import ExperimentError, WireError
 from rems_net.packing import unpack
@@ -69,7 +69,7 @@ def test_each_jump_shows_the_newest_values_then(
     if cut:  # the last whole chunk is there, and not all of its indexes
         last = McapFile(path).chunks[-1]
         path.write_bytes(path.read_bytes()[: last.at + last.length + 20])
-    show = Show(path)
+    show = RecordedRuns(path)
     channels = {track.key: track.channel.id for _, track in show.tracks}
     player, draws = Player(show), random.Random(3)
     for n in [300, 1, *draws.sample(range(2, 300), 30)]:
@@ -88,7 +88,7 @@ def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
     size = path.stat().st_size
     assert size > 20_000_000
     tracemalloc.start()
-    show = Show(path)
+    show = RecordedRuns(path)
     player, draws = Player(show), random.Random(5)
     for _ in range(20):
         shown(player, t=draws.uniform(0, 100), ports=frozenset(["process/p/value"]))
@@ -138,7 +138,7 @@ def test_what_cannot_be_shown_is_named_in_one_sentence(tmp_path: Path) -> None:
 
 def test_a_damaged_part_is_a_sentence(tmp_path: Path) -> None:
     path = written(tmp_path / "run.mcap", 4)
-    show = Show(path)
+    show = RecordedRuns(path)
     data = bytearray(path.read_bytes())
     chunk = McapFile(path).chunks[2]
     data[chunk.at + 60 : chunk.at + chunk.length] = bytes(chunk.length - 60)
@@ -157,7 +157,7 @@ def test_a_place_is_drawn_without_the_run(tmp_path: Path) -> None:
     lab.robot("bot", "woodbot", "kinematic", world="hall")
     lab.world("ring")
     lab.robot("sim", "woodbot", "kinematic", world="ring")
-    show = Show(recorded(lab, tmp_path / "run"))
+    show = RecordedRuns(recorded(lab, tmp_path / "run"))
     hall, ring = show.scenes["world/hall"], show.scenes["world/ring"]
     assert len(hall["walls"]) == 4
     assert [one["name"] for one in hall["things"]] == ["crate"]
@@ -187,7 +187,7 @@ def test_two_recordings_of_one_name_are_told_apart(tmp_path: Path) -> None:
     for name in ("monday", "tuesday"):
         (tmp_path / name).mkdir()
         recording(tmp_path / name)
-    show = Show(tmp_path / "monday/run.mcap", tmp_path / "tuesday/run.mcap")
+    show = RecordedRuns(tmp_path / "monday/run.mcap", tmp_path / "tuesday/run.mcap")
     assert show.recording()["name"] == "monday and tuesday"
     assert show.agents == ["input/curve", "robot/sim", "robot/sim (tuesday)"]
     assert show.scenes["robot/sim (tuesday)"]["ghost"] == "robot/sim"

@@ -217,7 +217,7 @@ def test_why_tells_of_each_writer(tmp_path: Path) -> None:
     lab.run(tmp_path, show=show, pace=5)
     assert not show.errors
     base = [one for one in said if "robot/kuka/command/input/base" in one]
-    assert "what was said from input/base at 0.20 s" in base[0]
+    assert "has the value from input/base at 0.20 s" in base[0]
     assert any("command/process/arm has the value" in one for one in said)
     (safe,) = (one for one in said if "0.5 s for which" in one)
     assert safe.startswith("robot/kuka obeys the safe values of its fields: that is ")

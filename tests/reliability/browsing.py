@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ import pytest
 from rems_net.client import Fabric, join
 from rems_net.router.mail import Mail
 from tests.agents.runs import until
+from tests.commands import link_of
 from tests.dashboard.browser import Browser, browser
 from tests.dashboard.test_page import Lab
 
@@ -144,9 +144,7 @@ class Room(Lab):
         page = self.start("dashboard", "--no-qr", stdout=subprocess.PIPE)
         self.served = page
         self._started.append(page)
-        assert page.stdout is not None
-        found = (re.search(r"http://\S+", line) for line in page.stdout)
-        self.link = next(one for one in found if one).group()
+        self.link = link_of(page)
         return self.link
 
 

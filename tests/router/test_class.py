@@ -9,7 +9,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router.gate.classlist import load_class
-from rems_net.router.gate.standing import Standing, check_member, check_sees, standing
+from rems_net.router.gate.identity import Identity, check_member, check_sees, identity
 from rems_net.router.gate.users import Users
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.message import pack
@@ -180,14 +180,14 @@ def test_a_user_learns_of_no_other_user(
     router: Class, anna: Session, teacher: Session
 ) -> None:
     for session, others in ((anna, ("teacher", "ben.cho")), (teacher, ("anna.berg",))):
-        assert standing(session) is not None
+        assert identity(session) is not None
         for other in (*others, "*", "t*"):
             assert session.ask(f"@rems/who/{other}", timeout=0.5) == []
 
 
 def test_who_one_is(router: Class, anna: Session, teacher: Session) -> None:
-    assert standing(anna) == Standing("", "team1", "rems")
-    assert standing(teacher) == Standing("members", "", "rems")
+    assert identity(anna) == Identity("", "team1", "rems")
+    assert identity(teacher) == Identity("members", "", "rems")
     for fabric in ("team1", "team1-b"):
         check_member(anna.on(fabric))
         check_sees(anna.on(fabric))

@@ -9,7 +9,7 @@ import pytest
 
 from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.classlist import load_class, slips_of, typed
-from rems_net.router.gate.standing import Standing, standing
+from rems_net.router.gate.identity import Identity, identity
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from rems_net.router.stop_store import class_router
@@ -83,7 +83,7 @@ def test_forty_people_log_in(tmp_path: Path) -> None:
         for name, team, user, password in slips:
             assert typed(name) == user  # its owner finds it
             with Session(Link(endpoint, user=user, password=password)) as session:
-                assert standing(session) == Standing("", team, "rems")
+                assert identity(session) == Identity("", team, "rems")
 
 
 @pytest.mark.parametrize("code", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])

@@ -12,7 +12,7 @@ import pytest
 
 from rems_net.errors import FabricError
 from rems_net.router.gate import access
-from rems_net.router.gate.standing import answer_for
+from rems_net.router.gate.identity import answer_for
 from rems_net.router.gate.users import load
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session

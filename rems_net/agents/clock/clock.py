@@ -5,13 +5,13 @@ from collections.abc import Callable
 from typing import Any
 
 from rems_net.agents.clock.admission import LOOK, Admissions
-from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.broadcaster import Broadcaster
-from rems_net.agents.clock.inbox import Inbox
+from rems_net.agents.clock.dispatcher import Dispatcher
 from rems_net.agents.clock.members import Members
 from rems_net.agents.clock.opening import Away, become_clock, stop_holds
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.clock.replies import Replies
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
@@ -65,14 +65,14 @@ class Clock:
             look=look,
             lives=lives,
             start=start,
-            read=lambda timeout: self._inbox.read(timeout),
+            read=lambda timeout: self._dispatcher.read(timeout),
             say_roster=self._say_roster,
         )
         self._box, self._complaints = Mailbox(), Complaints(info)
-        self._answers = Answers(
+        self._replies = Replies(
             admissions, self.broadcaster, self._box, self._complaints
         )
-        self._inbox = Inbox(self._answers)
+        self._dispatcher = Dispatcher(self._replies)
         self._read = admissions.read
 
     @property
@@ -88,7 +88,7 @@ class Clock:
     @property
     def started(self) -> float:
         """Monotonic time [s] at which all expected hosts had joined; 0.0 before."""
-        return self._answers.started
+        return self._replies.started
 
     @property
     def done(self) -> int:
@@ -100,9 +100,9 @@ class Clock:
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
-        answers = self._answers
-        become_clock(session, self.run_id, self._inbox.watch, answers.tell_age)
-        answers.declare()
+        replies = self._replies
+        become_clock(session, self.run_id, self._dispatcher.watch, replies.tell_age)
+        replies.declare()
         self.broadcaster.open()
         if stop_holds(session):
             self.broadcaster.stops = 1
@@ -133,7 +133,7 @@ class Clock:
             if time.monotonic() > deadline or self.pacing.ended:
                 raise away.never_came(missing, patience, ended=self.pacing.ended)
         self._admissions.gathered = True
-        self._answers.started = time.monotonic()
+        self._replies.started = time.monotonic()
 
     # -- ticking -----------------------------------------------------------------
 
@@ -165,12 +165,12 @@ class Clock:
                 self._say_roster()
                 self._progress.look()
             tick = pacing.make(self._progress.roster.epoch)
-            self._answers.note(n)
+            self._replies.note(n)
             self.broadcaster.publish_tick(tick)
         self._await_done(self.tick.n)
 
     def _say_roster(self) -> None:
-        self._inbox.watch_closings()
+        self._dispatcher.watch_closings()
         self.broadcaster.publish_roster(self._progress.roster)
 
     def _await_turn(self) -> None:

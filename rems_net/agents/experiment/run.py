@@ -15,7 +15,7 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event, listening, warn
 from rems_net.router import find
-from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.identity import check_member
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 

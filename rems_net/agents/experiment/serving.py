@@ -17,7 +17,7 @@ from rems_net.errors import AgentError, ExperimentError, FabricError, WireError
 from rems_net.events import Event
 from rems_net.router import find
 from rems_net.router.gate.access import is_of_team
-from rems_net.router.gate.standing import check_member
+from rems_net.router.gate.identity import check_member
 from rems_net.router.keys import FABRIC
 from rems_net.router.message import LAST_TICK, read
 from rems_net.router.session import Session

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from rems_net.bodies.files.elements import Words
 from rems_net.bodies.files.meshes import corners
 from rems_net.bodies.files.sheet import Box
-from rems_net.bodies.files.words import Words
 from rems_net.bodies.parts import Array
 from rems_net.kinematics.pose import Pose
 

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from rems_net.bodies.files import bounds, sheet
+from rems_net.bodies.files.elements import MOST
 from rems_net.bodies.files.meshes import made_binary, mesh_file
 from rems_net.bodies.files.plain import Plain
 from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid, vector
-from rems_net.bodies.files.words import MOST
 from rems_net.bodies.model import Model, Source
 from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError, nearest, some

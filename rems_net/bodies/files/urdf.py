@@ -14,10 +14,10 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from rems_net.bodies.files import bounds, sheet
+from rems_net.bodies.files.elements import Links, Words, end_of, name_of
 from rems_net.bodies.files.inertia import Inertia, balanced
 from rems_net.bodies.files.meshes import find_mesh
 from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid, vector
-from rems_net.bodies.files.words import Links, Words, end_of, name_of
 from rems_net.bodies.model import Model
 from rems_net.bodies.parts import Array
 from rems_net.kinematics.pose import Pose

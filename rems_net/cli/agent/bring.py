@@ -9,10 +9,10 @@ from rems_net.agents.experiment.placement.bring import Asked, serve_run
 from rems_net.agents.experiment.placement.offered import check_allowed
 from rems_net.agents.experiment.placement.receiving import Wanted
 from rems_net.agents.experiment.show import Show
-from rems_net.cli.words import add_fabric, fabric_of, warn
+from rems_net.cli.options import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find
-from rems_net.router.gate.standing import check_member, vouches
+from rems_net.router.gate.identity import check_member, vouches
 from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 

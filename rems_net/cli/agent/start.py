@@ -11,8 +11,8 @@ from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import slots_of
+from rems_net.cli.options import add_fabric, fabric_of, warn
 from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.events import Event
 from rems_net.toml import TOMLDecodeError, loads

@@ -7,7 +7,7 @@ from rems_net.cable.bridge import Bridge
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.cable.provision import CABLE
-from rems_net.cli.words import warn
+from rems_net.cli.options import warn
 from rems_net.errors import FabricError, uncoded
 from rems_net.router.find import chosen
 from rems_net.router.finding.address import host_and_port, to_endpoint

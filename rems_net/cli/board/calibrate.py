@@ -9,7 +9,7 @@ from statistics import stdev
 from typing import NamedTuple
 
 from rems_net.cli.board.bench import SIDES, Bench, mean
-from rems_net.cli.words import add_at, console, plain_table, warn
+from rems_net.cli.options import add_at, console, plain_table, warn
 from rems_net.client import join
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.firmware.calibration import Servo, deviations, fit

@@ -12,10 +12,10 @@ from textwrap import fill
 from typing import Any
 
 from rems_net.cli import typed
-from rems_net.cli.words import warn
+from rems_net.cli.options import warn
+from rems_net.emulators.commands import KNOWN as WORDS
 from rems_net.emulators.emulator import Emulator
 from rems_net.emulators.known import KNOWN, emulated
-from rems_net.emulators.words import KNOWN as WORDS
 from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet

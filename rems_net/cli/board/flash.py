@@ -9,7 +9,7 @@ from rems_net.agents import parts
 from rems_net.agents.robot import Definition
 from rems_net.cable.flash import BAUD, flash, look_for_esptool
 from rems_net.cable.image import Image, load
-from rems_net.cli.words import console, warn
+from rems_net.cli.options import console, warn
 from rems_net.drivers.hardware.ports import ports, there_are
 from rems_net.errors import FabricError
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rems_net.agents import parts
 from rems_net.agents.robot import Definition
-from rems_net.cli.words import console, show_path, warn
+from rems_net.cli.options import console, show_path, warn
 from rems_net.firmware import generate
 from rems_net.firmware.build import sources
 

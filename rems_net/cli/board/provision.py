@@ -9,7 +9,7 @@ from functools import partial
 from rems_net.cable.console import Console
 from rems_net.cable.port import Line, open_port
 from rems_net.cable.provision import Wishes, check, for_a_robot, provision
-from rems_net.cli.words import fabric_of
+from rems_net.cli.options import fabric_of
 from rems_net.drivers.hardware.ports import there_are
 from rems_net.errors import FabricError
 from rems_net.router.find import chosen

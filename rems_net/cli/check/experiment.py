@@ -22,8 +22,8 @@ from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
+from rems_net.cli.options import console, show_schema, warn
 from rems_net.cli.script import no_words, run_script
-from rems_net.cli.words import console, show_schema, warn
 from rems_net.events import Event, listening
 
 

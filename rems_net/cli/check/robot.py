@@ -10,7 +10,7 @@ from pathlib import Path
 from rems_net.agents import registry
 from rems_net.agents.robot import Driver
 from rems_net.cli.agent.start import slots, values
-from rems_net.cli.words import console
+from rems_net.cli.options import console
 from rems_net.errors import ExperimentError
 from rems_net.testing import Outcome, Report, Subject, examine
 

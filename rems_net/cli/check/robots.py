@@ -8,7 +8,7 @@ from contextlib import redirect_stdout
 
 from rich.console import Console
 
-from rems_net.cli.words import console, plain_table, warn
+from rems_net.cli.options import console, plain_table, warn
 from rems_net.testing.cells import HARDWARE, cells
 from rems_net.testing.matrix import Measured, measured
 

@@ -10,9 +10,9 @@ from rems_net.agents.experiment.serving import serve
 from rems_net.agents.experiment.show import Reports
 from rems_net.cli import typed
 from rems_net.cli.dashboard import check_library
+from rems_net.cli.options import console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import sheet_of
-from rems_net.cli.words import console, warn
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.router import notes
@@ -28,8 +28,8 @@ from rems_net.router.finding.address import (
 from rems_net.router.finding.interfaces import reachable
 from rems_net.router.gate.access import MEMBERS
 from rems_net.router.gate.classlist import load_class, slips_of
+from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.refusal import listens
-from rems_net.router.gate.standing import check_member
 from rems_net.router.gate.users import OWNER, Users, load
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.relay.scouts import EVERYWHERE
@@ -144,7 +144,7 @@ def _page(args: argparse.Namespace, session: Session) -> Iterator[None]:
     class_ = None
     if args.pages and users:
         fabrics = {
-            n: users.standings()[n][1] or session.fabric for n in users.passwords
+            n: users.identities()[n][1] or session.fabric for n in users.passwords
         }
         class_ = ClassPages(
             host,

@@ -5,13 +5,13 @@ import getpass
 import os
 import sys
 
-from rems_net.cli.words import add_fabric
+from rems_net.cli.options import add_fabric
 from rems_net.client import Fabric
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.find import PASSWORD, VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout
-from rems_net.router.gate.standing import check_member, standing
+from rems_net.router.gate.identity import check_member, identity
 from rems_net.router.gate.users import OWNER
 from rems_net.router.keys import check_name
 from rems_net.router.session import Session
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     name = args.fabric and check_name(args.fabric, "--fabric")
     user, password = _known(args.user, endpoint)
     with Session(Link(endpoint, user=user, password=password)) as session:
-        known = standing(session)
+        known = identity(session)
         if team := known.team if known else "":
             check_member(session.on(name or team))
         if user == OWNER:  # the running router's note contains the password

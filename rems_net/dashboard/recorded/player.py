@@ -7,8 +7,8 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from rems_net.dashboard.protocol import Value
-from rems_net.dashboard.recorded.reel import Reel, Track
-from rems_net.dashboard.recorded.show import Show
+from rems_net.dashboard.recorded.run import RecordedRun, Track
+from rems_net.dashboard.recorded.runs import RecordedRuns
 from rems_net.errors import WireError
 
 #: pace of a recording, slowest and fastest; in times of real time
@@ -84,24 +84,24 @@ class Player:
     One thread at a time. Raises ExperimentError for a part of a file that is damaged.
     """
 
-    def __init__(self, show: Show) -> None:
-        self._show = show
+    def __init__(self, recorded: RecordedRuns) -> None:
+        self._recorded = recorded
         #: s
-        self.t = show.begin
+        self.t = recorded.begin
         self._n = -1
         self.playing, self.pace = False, 1.0
         self._past, self._ports = TRAIL, frozenset[str]()
         #: whether the past of its plots is thin, from a hand that dragged the time
         self._coarse = False
         self._looks: Set[str] = frozenset()
-        self._shown: list[tuple[Reel, Track]] = []
+        self._shown: list[tuple[RecordedRun, Track]] = []
 
     def frame(self, passed: float, wish: Wish, looks: Set[str]) -> Frame:
         """Return what has changed.
 
         passed: s of wall time since the last call.  looks: as of a live page.
         """
-        show, text = self._show, dict[str, Any]()
+        recorded, text = self._recorded, dict[str, Any]()
         was = self.playing, self.pace
         there = self._move(passed, wish)
         jumps = self._n < 0 or (wish.t is not None and not self._is_near(there))
@@ -115,7 +115,7 @@ class Player:
             jumps |= wish.past > self._past
             self._past = wish.past
         before, self.t = self._n, there
-        self._n = n = show.number(there)
+        self._n = n = recorded.number(there)
         values = self._met(looks, before)
         if jumps:
             values = self._past_values(n, DRAGGED if wish.dragged else MOST)
@@ -123,9 +123,9 @@ class Player:
         elif n != before:
             values += self._values(before, n)
         if jumps or n != before:
-            values.append(show.tick(n, self.pace))
-            after = -1 if jumps else show.until(before)
-            if found := show.reels[0].events(show.until(n), after, EVENTS):
+            values.append(recorded.tick(n, self.pace))
+            after = -1 if jumps else recorded.until(before)
+            if found := recorded.runs[0].events(recorded.until(n), after, EVENTS):
                 text["events"] = found
         if jumps or was != (self.playing, self.pace):
             text["playback"] = {"playing": self.playing, "pace": self.pace}
@@ -133,21 +133,21 @@ class Player:
 
     def _move(self, passed: float, wish: Wish) -> float:
         """Return the time of the next frame [s]."""
-        show = self._show
+        recorded = self._recorded
         self.pace = self.pace if wish.pace is None else wish.pace
         there = self.t if wish.t is None else wish.t
         if wish.playing is not None:
             self.playing = wish.playing
-            if self.playing and wish.t is None and there >= show.end:
-                self._n, there = -1, show.begin  # once more
+            if self.playing and wish.t is None and there >= recorded.end:
+                self._n, there = -1, recorded.begin  # once more
         elif self.playing and wish.t is None:
             there += passed * self.pace
-        if there >= show.end:
+        if there >= recorded.end:
             self.playing = False
-        return min(max(there, show.begin), show.end)
+        return min(max(there, recorded.begin), recorded.end)
 
     def _is_near(self, there: float) -> bool:
-        return 0 <= self._show.number(there) - self._n <= NEAR
+        return 0 <= self._recorded.number(there) - self._n <= NEAR
 
     def _met(self, looks: Set[str], n: int) -> list[tuple[int, Value]]:
         """Return the values at tick n of ports that are shown from now on."""
@@ -155,41 +155,41 @@ class Player:
         if looks == self._looks and self._shown:
             return []
         old = {track.channel.id for _, track in self._shown}
-        self._looks, self._shown = looks, self._show.shown(looks)
-        until = self._show.until(n)
+        self._looks, self._shown = looks, self._recorded.shown(looks)
+        until = self._recorded.until(n)
         new = (pair for pair in self._shown if pair[1].channel.id not in old)
         return [
             (track.channel.id, value)
-            for reel, track in new
-            for value in reel.newest(track, until)
+            for run, track in new
+            for value in run.newest(track, until)
         ]
 
     def _values(self, before: int, n: int) -> list[tuple[int, Value]]:
         """Return the newest values of ticks before < n' <= n; all of plotted ports."""
-        show, found = self._show, []
-        after, until = show.until(before), show.until(n)
+        recorded, found = self._recorded, []
+        after, until = recorded.until(before), recorded.until(n)
         thin = MOST // max(1, len(self._ports))
-        for reel, track in self._shown:
+        for run, track in self._shown:
             if track.channel.key in self._ports:
-                values = reel.values(track, until, after, thin=thin)
+                values = run.values(track, until, after, thin=thin)
             else:
-                values = reel.newest(track, until, after)
+                values = run.newest(track, until, after)
             found += [(track.channel.id, value) for value in values]
         return found
 
     def _past_values(self, n: int, most: int) -> list[tuple[int, Value]]:
         """Return the values at tick n, with the past that trails and plots show."""
-        show, found = self._show, []
-        until, robots = show.until(n), 0
-        for reel, track in self._shown:
+        recorded, found = self._recorded, []
+        until, robots = recorded.until(n), 0
+        for run, track in self._shown:
             key, past, thin = track.channel.key, 0.0, 1
             if key in self._ports:
                 past, thin = self._past, most // len(self._ports)
             elif track.port == "state" and robots < most // POINTS:
                 past, thin, robots = TRAIL, POINTS, robots + 1
-            values = reel.newest(track, until)
+            values = run.newest(track, until)
             if past:
                 after = until - round(past * 1e9)
-                values = reel.values(track, until, after, thin=thin) or values
+                values = run.values(track, until, after, thin=thin) or values
             found += [(track.channel.id, value) for value in values]
         return found

@@ -12,7 +12,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 from rems_net.client import Fabric
 from rems_net.client.driving import RENEWAL, Driving
-from rems_net.dashboard.hands import BEAT, OLD, SILENT
+from rems_net.dashboard.controls import BEAT, OLD, SILENT
 from rems_net.errors import RemsError
 
 #: s. A robot that a viewer has not moved for so long is given back.

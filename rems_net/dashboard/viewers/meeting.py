@@ -11,8 +11,8 @@ from functools import partial
 from http import HTTPStatus
 from typing import Any
 
+from rems_net.dashboard.controls import CHECK
 from rems_net.dashboard.door import Answer, Door, refusal
-from rems_net.dashboard.hands import CHECK
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.viewers import wire
 from rems_net.dashboard.viewers.grip import Grip
@@ -227,16 +227,16 @@ class Viewers:
         self, viewer: Viewer, service: int, call: int, given: bytes
     ) -> None:
         """Do what a button of the page does, or call a verb; and answer."""
-        desk = self._stream.desk
+        requests = self._stream.requests
         try:
             name = SERVICES.get(service)
             if name == "stop":  # before any robot is asked
-                await asyncio.to_thread(desk.put_stop)
+                await asyncio.to_thread(requests.put_stop)
             if name == "call":
                 wanted = wire.read_call(given)
                 do = partial(self._stream.fabric.call, *wanted)
             else:
-                do = partial(desk.do, {"do": name})
+                do = partial(requests.do, {"do": name})
             result = await self._stream.in_thread(do)
             viewer.send(wire.pack_answer(service, call, result))
         except RemsError as error:

@@ -11,7 +11,7 @@ from typing import Any
 
 from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE
-from rems_net.dashboard.desk import SHORT, read_settings
+from rems_net.dashboard.requests import SHORT, read_settings
 from rems_net.errors import WireError, nearest
 from rems_net.router.asking import printable
 

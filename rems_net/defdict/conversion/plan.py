@@ -8,8 +8,8 @@ from typing import Any
 
 from rems_net.defdict.conversion.link import MismatchError, guard, link
 from rems_net.defdict.conversion.rule import Rule
+from rems_net.defdict.fields.descriptions import in_brief
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import in_brief
 from rems_net.defdict.trees.tree import Tree
 from rems_net.errors import ConversionError, DimensionError, nearest, uncoded
 

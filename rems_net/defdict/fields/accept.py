@@ -13,8 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from rems_net.defdict.fields.descriptions import (
+    expected,
+    is_quantity,
+    perhaps,
+    refuse,
+    show,
+)
 from rems_net.defdict.fields.kind import Kind
-from rems_net.defdict.fields.words import expected, is_quantity, perhaps, refuse, show
 from rems_net.defdict.units.maps import Affine, between, unit_map
 from rems_net.defdict.units.table import RELATIVE
 from rems_net.defdict.units.unit import MAX_TEXT, find_unit, tidy

@@ -5,8 +5,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from rems_net.defdict.fields.descriptions import show
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import FORMAT, MAX_FIELDS
 from rems_net.errors import RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack

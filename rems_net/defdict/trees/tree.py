@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any, Self
 
 from rems_net.arguments import taught
+from rems_net.defdict.fields.descriptions import is_quantity
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.makers import Maker
-from rems_net.defdict.fields.words import is_quantity
 from rems_net.defdict.trees.paths import MAX_DEPTH, chunks_of
 from rems_net.errors import SchemaError, UnknownFieldError, nearest
 from rems_net.packing import list_header, map_header, pack

@@ -19,8 +19,8 @@ from typing import Any, Self
 import numpy as np
 
 from rems_net.defdict.fields.accept import split_text
+from rems_net.defdict.fields.descriptions import is_quantity, show
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import is_quantity, show
 from rems_net.errors import FieldValueError, UnitError
 
 Operator = Callable[[Any, Any], Any]

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
 import numpy as np
 
 from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.descriptions import show
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.globview import GlobView
 from rems_net.errors import FieldValueError, FixedKeysError, UnitError

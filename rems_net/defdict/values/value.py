@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from rems_net.defdict.fields.accept import accept, split_text, to_unit
+from rems_net.defdict.fields.descriptions import is_quantity, show
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.kind import Kind
-from rems_net.defdict.fields.words import is_quantity, show
 from rems_net.defdict.trees.paths import matching
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.values.arithmetic import Arithmetic

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from rems_net.defdict.fields.accept import accept
+from rems_net.defdict.fields.descriptions import show
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import show
 from rems_net.defdict.trees.tree import Tree
 from rems_net.errors import FieldValueError, WireError, nearest
 from rems_net.packing import UNPACK_ERRORS, unpack, unpacker

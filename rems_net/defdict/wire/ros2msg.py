@@ -9,8 +9,8 @@ import keyword
 import re
 from collections.abc import Iterable
 
+from rems_net.defdict.fields.descriptions import in_brief
 from rems_net.defdict.fields.field import Field
-from rems_net.defdict.fields.words import in_brief
 from rems_net.defdict.trees.tree import Tree
 from rems_net.defdict.wire.cdr import canonical
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.recordings.parting.course import NEAR, Array, Course
+from rems_net.recordings.parting.trajectory import NEAR, Array, StepTrajectory
 
 Rows = NDArray[np.bool_]
 
@@ -22,7 +22,7 @@ HELD = 0.2
 
 @dataclass(frozen=True)
 class Episodes:
-    """Steps in which two courses moved differently.
+    """Steps in which two trajectories moved differently.
 
     rows (n,): True in these steps      share: of the time in which anything moved
     held: the robot that hardly moved in them: 0 the first, 1 the second; None for none
@@ -35,8 +35,8 @@ class Episodes:
     standing: Rows
 
 
-def episodes(a: Course, b: Course) -> Episodes:
-    """Find the episodes; none if the courses differ for most of the time."""
+def episodes(a: StepTrajectory, b: StepTrajectory) -> Episodes:
+    """Find the episodes; none if the trajectories differ for most of the time."""
     size = _sizes(a)
     steps = [one.steps() * size / a.dt() for one in (a, b)]
     wide = max(1, min(len(steps[0]), round(WHILE / float(np.median(a.dt())))))
@@ -55,7 +55,7 @@ def episodes(a: Course, b: Course) -> Episodes:
     return Episodes(rows, share, held, now <= STANDS * usual)
 
 
-def _sizes(a: Course) -> Array:
+def _sizes(a: StepTrajectory) -> Array:
     """Return the weights of a step's parts (size,): a turn by its typical lever."""
     found = np.ones(a.size)
     if a.turns:

@@ -1,12 +1,12 @@
-"""Kinds of explanations: how each changes the course of `a`, by a few numbers."""
+"""Kinds of explanations: how each changes the trajectory of `a`, by a few numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rems_net.recordings.parting.case import Case
-from rems_net.recordings.parting.course import Array, Course, late
+from rems_net.recordings.parting.trajectory import Array, StepTrajectory, late
+from rems_net.recordings.parting.trajectory_pair import TrajectoryPair
 
 #: fraction of the recording, s. Longest delay that is tried.
 LATEST, LATE = 0.25, 2.0
@@ -41,26 +41,30 @@ class Kind:
 
     name: str
     cost: float
-    able: Callable[[Case], bool]
-    guess: Callable[[Case, Array], Array] = lambda case, steps: np.zeros(0)
-    change: Callable[[Case, Array, Array], Array] = lambda case, steps, by: steps
+    able: Callable[[TrajectoryPair], bool]
+    guess: Callable[[TrajectoryPair, Array], Array] = lambda case, steps: np.zeros(0)
+    change: Callable[[TrajectoryPair, Array, Array], Array] = lambda case, steps, by: (
+        steps
+    )
     like: tuple[str, ...] = ()
     seen: bool = False
     sound: Callable[[Array], bool] = lambda by: True
 
 
-def _scale(name: str, parts: Callable[[Course], Sequence[int]], *like: str) -> Kind:
-    def able(case: Case) -> bool:
+def _scale(
+    name: str, parts: Callable[[StepTrajectory], Sequence[int]], *like: str
+) -> Kind:
+    def able(case: TrajectoryPair) -> bool:
         which = set(parts(case.a))
         groups = [part for part in (case.a.ways, case.a.turns) if which & set(part)]
         return bool(groups) and all(_goes(case, part) for part in groups)
 
-    def guess(case: Case, steps: Array) -> Array:
+    def guess(case: TrajectoryPair, steps: Array) -> Array:
         which = list(parts(case.a))
         one, other = steps[:, which], case.b.steps()[:, which]
         return _slope(one, other)
 
-    def change(case: Case, steps: Array, by: Array) -> Array:
+    def change(case: TrajectoryPair, steps: Array, by: Array) -> Array:
         factors = np.ones(case.a.size)
         factors[list(parts(case.a))] = by[0]
         return steps * factors
@@ -79,52 +83,52 @@ def _sound(by: Array) -> bool:
     return bool(by[0] >= 0 or abs(by[0] + 1) < SIGN)
 
 
-def _goes(case: Case, part: Sequence[int]) -> bool:
+def _goes(case: TrajectoryPair, part: Sequence[int]) -> bool:
     """Return whether it moves in this part of its steps, compared to the others."""
     gone = np.abs(case.a.steps()).sum(axis=0) * case.a.weights()
     return bool(gone[list(part)].max() > max(LITTLE * gone.max(), STANDS))
 
 
-def _offset(case: Case, steps: Array) -> Array:
+def _offset(case: TrajectoryPair, steps: Array) -> Array:
     found: Array = (case.b.points - case.a.points).mean(axis=0)
     return found
 
 
-def _drift(case: Case, steps: Array) -> Array:
+def _drift(case: TrajectoryPair, steps: Array) -> Array:
     return np.array([(case.b.steps() - steps)[:, -1].sum() / case.a.dt().sum()])
 
 
-def _drifted(case: Case, steps: Array, by: Array) -> Array:
+def _drifted(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     more = np.zeros_like(steps)
     more[:, -1] = by[0] * case.a.dt()[:, 0]
     return steps + more
 
 
-def _bend(case: Case, steps: Array) -> Array:
+def _bend(case: TrajectoryPair, steps: Array) -> Array:
     ahead = steps[:, 0]
     more = (case.b.steps() - steps)[:, -1]
     return _slope(ahead, more)
 
 
-def _bent(case: Case, steps: Array, by: Array) -> Array:
+def _bent(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     more = np.zeros_like(steps)
     more[:, -1] = by[0] * steps[:, 0]
     return steps + more
 
 
-def _creep(case: Case, steps: Array) -> Array:
+def _creep(case: TrajectoryPair, steps: Array) -> Array:
     rows = case.apart.standing
     more = (case.b.steps() - steps)[rows].sum(axis=0)
     found: Array = more / case.a.dt()[rows].sum()
     return found
 
 
-def _crept(case: Case, steps: Array, by: Array) -> Array:
+def _crept(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     found: Array = steps + case.apart.standing[:, None] * case.a.dt() * by
     return found
 
 
-def _jolt(case: Case, steps: Array) -> Array:
+def _jolt(case: TrajectoryPair, steps: Array) -> Array:
     """Return the time [s] of a jolt, and the excess of all steps around it."""
     dt = case.a.dt()
     more = case.b.steps() - steps
@@ -137,7 +141,7 @@ def _jolt(case: Case, steps: Array) -> Array:
     return tries[int(np.argmin(errors))]
 
 
-def _at(case: Case, k: int, more: Array) -> Array:
+def _at(case: TrajectoryPair, k: int, more: Array) -> Array:
     return np.concatenate((case.a.time[k + 1 : k + 2], more))
 
 
@@ -148,19 +152,19 @@ def _peaks(sizes: Array) -> list[int]:
     return [int(k) for k in tops[np.argsort(-sizes[tops])][:PEAKS]]
 
 
-def _jolted(case: Case, steps: Array, by: Array) -> Array:
+def _jolted(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     found = steps.copy()
     found[np.searchsorted(case.a.time, by[0] - 1e-9) - 1] += by[1:]
     return found
 
 
-def _fastest(case: Case, steps: Array) -> Array:
+def _fastest(case: TrajectoryPair, steps: Array) -> Array:
     speeds = np.abs(case.b.steps()[:, :1] / case.a.dt())
     most: Array = speeds.max(axis=0)
     return most
 
 
-def _limited(case: Case, steps: Array, by: Array) -> Array:
+def _limited(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     """Limit the speed; with a commanded position, make up for the distance later."""
     found, most = steps.copy(), abs(by[0]) * case.a.dt()[:, 0]
     if not case.aimed:
@@ -174,36 +178,36 @@ def _limited(case: Case, steps: Array, by: Array) -> Array:
     return found
 
 
-def _faster(case: Case) -> bool:
+def _faster(case: TrajectoryPair) -> bool:
     """Return whether `a` was faster than `b` at times."""
     both = [np.abs(c.steps()[:, 0] / c.dt()[:, 0]).max() for c in (case.a, case.b)]
     return bool(both[0] > FASTER * both[1] > STANDS)
 
 
-def _told(case: Case, steps: Array, by: Array) -> Array:
+def _told(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     assert case.told is not None
     return steps + case.told
 
 
-def _other(case: Case, steps: Array, by: Array) -> Array:
+def _other(case: TrajectoryPair, steps: Array, by: Array) -> Array:
     return np.where(case.apart.rows[:, None], case.b.steps(), steps)
 
 
-def _elsewhere(case: Case) -> bool:
+def _elsewhere(case: TrajectoryPair) -> bool:
     """Return whether the starts differ, if "offset" is not the same explanation."""
     return case.elsewhere and (case.started or bool(case.a.turns))
 
 
-def _moves(case: Case) -> bool:
+def _moves(case: TrajectoryPair) -> bool:
     return bool(np.any(case.a.steps()))
 
 
-def _stands(case: Case) -> bool:
+def _stands(case: TrajectoryPair) -> bool:
     return bool(case.apart.standing.mean() > OFTEN)
 
 
 #: Known kinds, then those with one number, then those with more, in the order in which
-#: they change a course. "start", "offset" and "later" change points: see `changed`.
+#: they change a trajectory. "start", "offset" and "later" change points: see `changed`.
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
@@ -234,7 +238,7 @@ KINDS: Mapping[str, Kind] = {
 KNOWN = ("told", "start")
 
 
-def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
+def changed(case: TrajectoryPair, numbers: Mapping[str, Array]) -> Array:
     """Return the points of `a`, changed by these kinds with their numbers."""
     steps = case.a.steps()
     for name, kind in KINDS.items():
@@ -246,7 +250,7 @@ def changed(case: Case, numbers: Mapping[str, Array]) -> Array:
     return points
 
 
-def guessed(case: Case, name: str, numbers: Mapping[str, Array]) -> Array:
+def guessed(case: TrajectoryPair, name: str, numbers: Mapping[str, Array]) -> Array:
     """Return first numbers of one more kind."""
     points = changed(case, numbers)
     if name != "later":

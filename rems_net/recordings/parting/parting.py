@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from rems_net.recordings.comparison import APART, POSE, unit_factor
-from rems_net.recordings.parting import words
-from rems_net.recordings.parting.both import Both
-from rems_net.recordings.parting.case import Case
-from rems_net.recordings.parting.course import Array, Course
+from rems_net.recordings.parting import sentences
 from rems_net.recordings.parting.episodes import episodes
 from rems_net.recordings.parting.kinds import changed
+from rems_net.recordings.parting.pair import RobotPair
+from rems_net.recordings.parting.trajectory import Array, StepTrajectory
+from rems_net.recordings.parting.trajectory_pair import TrajectoryPair
 from rems_net.recordings.parting.trial import ENOUGH, Found, explained, tried
 from rems_net.recordings.parting.where import Where, where
 
@@ -75,9 +75,9 @@ class Parting:
     through: Mapping[str, float]
 
 
-def parting(both: Both, field: str = "") -> Parting:
+def parting(both: RobotPair, field: str = "") -> Parting:
     """Explain the difference of one field of the state; without one, of the poses."""
-    a, b = both.courses(field) if field else both.drives()
+    a, b = both.trajectories(field) if field else both.drives()
     rows = np.unique(np.linspace(0, len(a.time) - 1, ROWS).astype(int))
     a, b = (type(one)(one.time[rows], one.points[rows]) for one in (a, b))
     unit = both.a.unit(field) if field else "m"
@@ -91,7 +91,7 @@ def parting(both: Both, field: str = "") -> Parting:
     there = where(both, a, b, 0.0 if field else APART)
     aimed = field.replace("state/", "command/", 1) in both.fields("command")
     started = both.started([field] if field else [name for name, _ in POSE])
-    case = Case(a, b, told(both, a, b, field), episodes(a, b), started, aimed)
+    case = TrajectoryPair(a, b, told(both, a, b, field), episodes(a, b), started, aimed)
     found = tried(case)
 
     def causes(one: Found, shares: Sequence[float]) -> list[Cause]:
@@ -100,8 +100,8 @@ def parting(both: Both, field: str = "") -> Parting:
                 name,
                 tuple(map(float, one.numbers[name])),
                 share,
-                words.says(name, one.numbers, both, case, field),
-                words.look(name, one.numbers, both, case),
+                sentences.says(name, one.numbers, both, case, field),
+                sentences.look(name, one.numbers, both, case),
             )
             for name, share in zip(one.numbers, shares, strict=True)
         ]
@@ -146,7 +146,7 @@ def _noise(off: Array) -> float:
     return white / total if abs(again) < WHITE else 0.0
 
 
-def _through(case: Case) -> dict[str, float]:
+def _through(case: TrajectoryPair) -> dict[str, float]:
     """Return the share that each part of the steps of `b` explains alone."""
     a, b, found = case.a, case.b, {}
     off = float(np.square((a.points - b.points) * a.weights()).sum())
@@ -158,7 +158,9 @@ def _through(case: Case) -> dict[str, float]:
     return found
 
 
-def told(both: Both, a: Course, b: Course, field: str = "") -> Array | None:
+def told(
+    both: RobotPair, a: StepTrajectory, b: StepTrajectory, field: str = ""
+) -> Array | None:
     """Return the change of the steps of `a` if it got the commands of `b` (n, size).
 
     Commands are converted by a fit over both robots: either a speed per command or, if
@@ -184,7 +186,7 @@ def told(both: Both, a: Course, b: Course, field: str = "") -> Array | None:
     return nearest
 
 
-def _sums(both: Both, columns: Array, time: Array) -> Array:
+def _sums(both: RobotPair, columns: Array, time: Array) -> Array:
     """Return the commands times their duration, from point to point (n, fields)."""
     lasts = np.diff(both.time, prepend=min(time[0], both.time[0]))[:, None]
     added = (columns * lasts).cumsum(axis=0)
@@ -195,7 +197,7 @@ def _sums(both: Both, columns: Array, time: Array) -> Array:
     return found
 
 
-def _steps(a: Course, b: Course) -> Array:
+def _steps(a: StepTrajectory, b: StepTrajectory) -> Array:
     return np.concatenate((a.steps(), b.steps()))
 
 
@@ -204,5 +206,5 @@ def _answer(asked: Array, made: Array) -> Array:
     return found
 
 
-def _error(a: Course, b: Course, more: Array) -> float:
+def _error(a: StepTrajectory, b: StepTrajectory, more: Array) -> float:
     return float(np.square(a.led(a.points[0], a.steps() + more) - b.points).sum())

@@ -5,7 +5,7 @@ from math import degrees
 from textwrap import wrap
 
 from rems_net.recordings.parting.parting import FEW, Cause, Parting
-from rems_net.recordings.parting.words import length, side
+from rems_net.recordings.parting.sentences import length, side
 
 WIDE = 80
 #: explanations that are shown, each with its share

@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from rems_net.recordings.parting.case import Case
-from rems_net.recordings.parting.course import Array
 from rems_net.recordings.parting.kinds import KINDS, KNOWN, changed, guessed
+from rems_net.recordings.parting.trajectory import Array
+from rems_net.recordings.parting.trajectory_pair import TrajectoryPair
 
 #: fractions of the difference. A further explanation must explain at least MORE, and
 #: PART of the rest; above ENOUGH the search ends.
@@ -35,7 +35,7 @@ class Found:
     numbers: Mapping[str, Array]
     share: float
 
-    def cost(self, case: Case) -> float:
+    def cost(self, case: TrajectoryPair) -> float:
         """Return the cost of its assumptions, as a fraction."""
         cost = sum(KINDS[name].cost for name in self.numbers)
         if "episode" in self.numbers:
@@ -44,12 +44,12 @@ class Found:
                 cost += LONG * case.apart.share
         return cost
 
-    def worth(self, case: Case) -> float:
+    def worth(self, case: TrajectoryPair) -> float:
         """Return its share less its cost."""
         return self.share - self.cost(case)
 
 
-def tried(case: Case) -> list[Found]:
+def tried(case: TrajectoryPair) -> list[Found]:
     """Return each kind, alone or with the known ones; the best first."""
     found = [_found(case, {}, names) for names in _first(case)]
     best: dict[frozenset[str], Found] = {}
@@ -58,7 +58,7 @@ def tried(case: Case) -> list[Found]:
     return list(best.values())
 
 
-def explained(case: Case, first: Found) -> list[Found]:
+def explained(case: TrajectoryPair, first: Found) -> list[Found]:
     """Return the first explanation, then those with one more kind each."""
     best = [first]
     while best[-1].share < ENOUGH and len(best) < TOGETHER:
@@ -77,11 +77,11 @@ def explained(case: Case, first: Found) -> list[Found]:
     return best
 
 
-def _able(case: Case) -> list[str]:
+def _able(case: TrajectoryPair) -> list[str]:
     return [name for name, kind in KINDS.items() if kind.able(case)]
 
 
-def _first(case: Case) -> Iterator[tuple[str, ...]]:
+def _first(case: TrajectoryPair) -> Iterator[tuple[str, ...]]:
     able = _able(case)
     known = [name for name in able if name in KNOWN]
     beside = [(), *((name,) for name in able if name not in KNOWN)]
@@ -90,7 +90,9 @@ def _first(case: Case) -> Iterator[tuple[str, ...]]:
             yield from (some + one for one in beside if some + one)
 
 
-def _found(case: Case, before: Mapping[str, Array], names: Sequence[str]) -> Found:
+def _found(
+    case: TrajectoryPair, before: Mapping[str, Array], names: Sequence[str]
+) -> Found:
     """Fit these kinds to the case, together with those before."""
     numbers = dict(before)
     for name in names:

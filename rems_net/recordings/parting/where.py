@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.recordings.parting.both import Both
-from rems_net.recordings.parting.course import Array, Course, Drive
+from rems_net.recordings.parting.pair import RobotPair
+from rems_net.recordings.parting.trajectory import Array, Drive, StepTrajectory
 
 #: m. A distance sensor that reads less has something near it.
 CLOSE = 0.05
@@ -41,7 +41,7 @@ class Where:
     near: Sequence[str]
 
 
-def where(both: Both, a: Course, b: Course, limit: float) -> Where:
+def where(both: RobotPair, a: StepTrajectory, b: StepTrajectory, limit: float) -> Where:
     """Find when the difference first exceeds `limit`, or half of its maximum."""
     off = b.points - a.points
     apart = np.linalg.norm(off[:, : 2 if a.turns else 1], axis=1)
@@ -76,7 +76,7 @@ def where(both: Both, a: Course, b: Course, limit: float) -> Where:
     return Where(time, heading, *sizes, then, b.points[k], told, seen)
 
 
-def near(both: Both, which: int, rows: NDArray[np.bool_]) -> list[str]:
+def near(both: RobotPair, which: int, rows: NDArray[np.bool_]) -> list[str]:
     """Return the things near one of the two in these rows, by its recording."""
     robot = (both.a, both.b)[which]
     found = []

@@ -7,7 +7,7 @@ import numpy as np
 
 from rems_net.errors import ExperimentError
 from rems_net.recordings.comparison import POSE
-from rems_net.recordings.parting.both import Both
+from rems_net.recordings.parting.pair import RobotPair
 from rems_net.recordings.parting.parting import Cause, Parting, parting
 from rems_net.recordings.parting.text import detail, line
 
@@ -43,7 +43,7 @@ class Why:
         return "\n\n".join(found + until)
 
 
-def why(both: Both) -> Why:
+def why(both: RobotPair) -> Why:
     """Compare two robots. Raises ExperimentError if there is nothing to compare."""
     a, b = both.a.name, both.b.name
     posed = {name for name, _ in POSE} if both.posed else set()
@@ -61,7 +61,7 @@ def why(both: Both) -> Why:
     found = [parting(both, field) for field in fields]
     goes: dict[str, float] = {}  # by unit: the movement of the field that moves most
     for field in fields:
-        way = float(np.ptp(both.courses(field)[0].points))
+        way = float(np.ptp(both.trajectories(field)[0].points))
         unit = both.a.unit(field)
         goes[unit] = max(goes.get(unit, 0.0), way)
     found.sort(key=lambda one: -one.rms / (goes[one.unit] or 1.0))

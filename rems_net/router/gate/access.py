@@ -152,7 +152,7 @@ def to_wire(
             may[role].append((what, keys))
     for team in teams or {}:
         may[f"team {team}"] += team_may(team, fabric)
-    # Each user may ask for their own standing only.
+    # Each user may ask for their own identity only.
     for user in [user for group in subjects.values() for user in group]:
         subjects[f"user {user}"] = [user]
         may[f"user {user}"] = [(ASK, (f"{WHO}/{user}",))]

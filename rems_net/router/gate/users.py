@@ -56,11 +56,11 @@ class Users:
             )
         return ", ".join(_many(len(self.names[role]), role) for role in ROLES)
 
-    def standing(self, name: str) -> tuple[str, str] | None:
+    def identity(self, name: str) -> tuple[str, str] | None:
         """Return role and team of a user (a team's role is ""); None for a stranger."""
-        return self.standings().get(name)
+        return self.identities().get(name)
 
-    def standings(self) -> dict[str, tuple[str, str]]:
+    def identities(self) -> dict[str, tuple[str, str]]:
         """Return role and team of every user, by name."""
         of = {n: (role, "") for role in ROLES for n in self.names[role]}
         return of | {n: ("", team) for team, names in self.teams.items() for n in names}

@@ -77,7 +77,7 @@ class People:
     def __init__(self, users: Users | None, fabric: str, notices: Notices):
         self._fabric, self._notices = fabric, notices
         #: by user: the role, and the team; empty at a router without users
-        self._users = {} if users is None else users.standings()
+        self._users = {} if users is None else users.identities()
         #: by user: the time of the last answer, by the monotonic clock [s], and the
         #: answer
         self._shown: dict[str, tuple[float, list[Person]]] = {}

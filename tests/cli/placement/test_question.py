@@ -14,7 +14,7 @@ from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.protocol.placement import File, read_caller
 from rems_net.errors import FabricError
 from rems_net.router.gate import access
-from rems_net.router.gate.standing import answer_for, vouches
+from rems_net.router.gate.identity import answer_for, vouches
 from rems_net.router.gate.users import Users
 from rems_net.router.mail import Question
 from rems_net.router.message import pack

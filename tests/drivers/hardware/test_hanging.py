@@ -56,7 +56,7 @@ def test_a_call_that_hangs(
         r"\d+, in exchange\)\n",
         warned,
     ), warned
-    assert warned.count("hears nothing") == 1
+    assert warned.count("receives nothing") == 1
 
 
 def test_close_while_a_call_hangs(tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def test_a_run_ends_while_a_call_hangs(tmp_path: Path) -> None:
     def beside(clock: Any) -> None:
         until(lambda: device.speed == 0.5)
         device.tell("hang 60")
-        until(lambda: any("hears nothing" in x for x in told.of("device")))
+        until(lambda: any("receives nothing" in x for x in told.of("device")))
         with rems_net.join() as fabric:
             fabric.clock("end")
 

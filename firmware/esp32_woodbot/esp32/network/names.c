@@ -14,7 +14,7 @@
 
 #include "board.h"
 
-enum { HOST = 64, PATIENCE = 300 /* ms that the link's task waits */ };
+enum { HOST = 64, ANSWER_MS = 300 /* that the link's task waits */ };
 enum { IDLE, ASKING, FOUND, NOT_FOUND };
 
 static atomic_int state = IDLE;
@@ -52,7 +52,7 @@ bool names_resolve(void *self, const char *host, char *address, size_t room)
         if (tcpip_callback(ask, NULL) != ERR_OK)
             atomic_store(&state, NOT_FOUND);
     }
-    for (int i = 0; i < PATIENCE / 10 && atomic_load(&state) == ASKING; i++)
+    for (int i = 0; i < ANSWER_MS / 10 && atomic_load(&state) == ASKING; i++)
         vTaskDelay(pdMS_TO_TICKS(10));
     if (atomic_load(&state) == FOUND) {
         ipaddr_ntoa_r(&result, known, sizeof known);

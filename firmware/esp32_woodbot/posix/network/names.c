@@ -14,7 +14,7 @@
 
 #include "robot.h"
 
-enum { PATIENCE = 300 /* ms that the link's thread waits */, SLOW = 20000 };
+enum { ANSWER_MS = 300 /* that the link's thread waits */, SLOW = 20000 };
 
 void names_start(struct names *names)
 {
@@ -86,7 +86,7 @@ bool names_resolve(struct names *names, const char *host, char *address, size_t 
     bool known, late = false;
 
     clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_nsec += PATIENCE * 1000000L;
+    until.tv_nsec += ANSWER_MS * 1000000L;
     until.tv_sec += until.tv_nsec / 1000000000L;
     until.tv_nsec %= 1000000000L;
     pthread_mutex_lock(&names->lock);

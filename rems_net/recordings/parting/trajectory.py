@@ -1,4 +1,4 @@
-"""Courses: positions of a robot, as a start and steps that can be changed."""
+"""Trajectories: positions of a robot, as a start and steps that can be changed."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 #: m. Lever that turns a difference of heading into a length, if the spread of the
-#: course is not larger.
+#: trajectory is not larger.
 NEAR = 0.05
 
 
 @dataclass(frozen=True)
-class Course:
+class StepTrajectory:
     """Values of one robot in the order of time, with the place of each.
 
     time: s, (n,)      points: (n, size), in SI units
@@ -49,7 +49,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Drive(Course):
+class Drive(StepTrajectory):
     """A pose over time: x and y in m, heading in rad, not wrapped.
 
     A step is a movement ahead and to the left (m), relative to the heading at its

@@ -1,4 +1,4 @@
-"""Answers of a clock: its members, the time, and admission."""
+"""Replies of a clock: its members, the time, and admission."""
 
 import json
 import math
@@ -28,7 +28,7 @@ from rems_net.router.message import pack
 REMEMBERED = 16_384
 
 
-class Answers:
+class Replies:
     """Answers for the clock of these members.
 
     The clock's verbs are those of the pacing, and `release`.

@@ -1,4 +1,4 @@
-"""Desk: what the page asks of a fabric, and does there. Everything here may wait.
+"""Requests of the page to a fabric, and acts there. Everything here may wait.
 
 Each method runs in a thread of its own, so that a frozen robot delays no frame. STOP is
 put by a thread that does nothing else.
@@ -40,7 +40,7 @@ HELD = 1.0
 LATE = 1.0
 
 
-class Desk:
+class Requests:
     """Questions and requests of all pages, over one session."""
 
     def __init__(self, fabric: Fabric):

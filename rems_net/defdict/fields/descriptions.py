@@ -1,4 +1,4 @@
-"""Words: a field, and a value for it, described in error messages."""
+"""Descriptions: a field, and a value for it, in error messages."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Show: one recording, or two of one experiment, as a page shows them."""
+"""RecordedRuns: one recording, or two of one experiment, as a page shows them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from rems_net.dashboard.feed import Channel
 from rems_net.dashboard.protocol import Value
-from rems_net.dashboard.recorded.reel import Reel, Track
+from rems_net.dashboard.recorded.run import RecordedRun, Track
 from rems_net.dashboard.recorded.scenes import scenes_of
 from rems_net.errors import ExperimentError
 from rems_net.packing import pack
@@ -23,7 +23,7 @@ TICK = 0.01
 SLACK = 500
 
 
-class Show:
+class RecordedRuns:
     """One or two recordings, for their pages. `close` it at the end.
 
     paths: of the recording, and perhaps of a second one, whose robots are the ghosts
@@ -32,37 +32,37 @@ class Show:
     """
 
     def __init__(self, *paths: Path, folder: Path = Path()) -> None:
-        self.reels: list[Reel] = []
+        self.runs: list[RecordedRun] = []
         try:
             for path in paths:
-                first = sum(len(reel.tracks) for reel in self.reels) + 1
-                mark = _mark(path, paths[0]) if self.reels else ""
-                self.reels.append(Reel(path, first, mark))
-                _check(self.reels)
+                first = sum(len(run.tracks) for run in self.runs) + 1
+                mark = _mark(path, paths[0]) if self.runs else ""
+                self.runs.append(RecordedRun(path, first, mark))
+                _check(self.runs)
         except ExperimentError:
             self.close()
             raise
-        told = self.reels[0].file.told
+        told = self.runs[0].file.told
         self.name = told.experiment or paths[0].stem
         #: s. Length of a tick, and the first and the last value.
         self.dt = told.dt or TICK
-        self.begin = min(reel.begin for reel in self.reels)
-        self.end = max(reel.end for reel in self.reels)
+        self.begin = min(run.begin for run in self.runs)
+        self.end = max(run.end for run in self.runs)
         self.scenes = scenes_of(told, folder)
-        for ghosts in self.reels[1:]:
+        for ghosts in self.runs[1:]:
             for agent, scene in scenes_of(ghosts.file.told, folder).items():
                 if agent.startswith("robot/"):
                     self.scenes[ghosts.named(agent)] = scene | {"ghost": agent}
 
     def close(self) -> None:
         """Close the files."""
-        for reel in self.reels:
-            reel.close()
+        for run in self.runs:
+            run.close()
 
     @property
-    def tracks(self) -> list[tuple[Reel, Track]]:
+    def tracks(self) -> list[tuple[RecordedRun, Track]]:
         """The recorded ports of all recordings."""
-        return [(reel, track) for reel in self.reels for track in reel.tracks]
+        return [(run, track) for run in self.runs for track in run.tracks]
 
     @property
     def agents(self) -> list[str]:
@@ -73,15 +73,15 @@ class Show:
     def notes(self) -> list[str]:
         """Sentences on recordings that are not whole."""
         return [
-            f"{_shown(reel.file.path)} has no end: its writer was killed, or the file "
-            f"is cut off. It is shown up to {reel.end:g} s."
-            for reel in self.reels
-            if not reel.file.whole
+            f"{_shown(run.file.path)} has no end: its writer was killed, or the file "
+            f"is cut off. It is shown up to {run.end:g} s."
+            for run in self.runs
+            if not run.file.whole
         ]
 
     def described(self) -> dict[str, Any]:
         """Return what a page receives first: schemas, channels, scenes and agents."""
-        schemas = chain.from_iterable(reel.schemas().items() for reel in self.reels)
+        schemas = chain.from_iterable(run.schemas().items() for run in self.runs)
         channels = [CLOCK, *(track.channel for _, track in self.tracks)]
         return {
             "schemas": dict(schemas),
@@ -92,7 +92,7 @@ class Show:
 
     def recording(self) -> dict[str, Any]:
         """Return what the page needs to play it."""
-        paths = [reel.file.path for reel in self.reels]
+        paths = [run.file.path for run in self.runs]
         return {
             "name": " and ".join(map(_shown, paths)),
             "begin": self.begin,
@@ -109,14 +109,14 @@ class Show:
         """Return a time [ns] between the values of tick n and those of the next."""
         return round(n * self.dt * 1e9) + SLACK
 
-    def shown(self, looks: Set[str]) -> list[tuple[Reel, Track]]:
+    def shown(self, looks: Set[str]) -> list[tuple[RecordedRun, Track]]:
         """Return the ports that a page shows, as a live page receives them.
 
         These are the states of robots, worlds, and the agents and ports in `looks`.
         """
         return [
-            (reel, track)
-            for reel, track in self.tracks
+            (run, track)
+            for run, track in self.tracks
             if not looks.isdisjoint((track.agent, track.channel.key))
             or track.agent.startswith("world/")
             or (track.agent.startswith("robot/") and track.port == "state")
@@ -145,12 +145,12 @@ def _shown(path: Path) -> str:
     return path.parent.name if path.name == FILE else path.name
 
 
-def _check(reels: list[Reel]) -> None:
+def _check(runs: list[RecordedRun]) -> None:
     """Raise ExperimentError if the newest one cannot be shown, or not with the first.
 
     Ghosts are compared with robots of the same name in the same experiment.
     """
-    first, newest = reels[0], reels[-1]
+    first, newest = runs[0], runs[-1]
     path = newest.file.path
     if not any(newest.file.counts.values()):
         passed = ", ".join(newest.file.passed)
@@ -161,10 +161,10 @@ def _check(reels: list[Reel]) -> None:
         )
     if newest is first:
         return
-    names = [reel.file.told.experiment for reel in (first, newest)]
+    names = [run.file.told.experiment for run in (first, newest)]
     robots = [
-        {key.rpartition("/")[0] for key in reel.file.channels if key[:6] == "robot/"}
-        for reel in (first, newest)
+        {key.rpartition("/")[0] for key in run.file.channels if key[:6] == "robot/"}
+        for run in (first, newest)
     ]
     if names[0] != names[1] or not robots[0] & robots[1]:
         raise ExperimentError(

@@ -1,4 +1,4 @@
-"""Words: reads numbers and the tree of links from the elements of a URDF."""
+"""Elements: reads numbers and the tree of links from the elements of a URDF."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element

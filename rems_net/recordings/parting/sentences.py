@@ -5,10 +5,10 @@ from math import degrees, pi
 
 import numpy as np
 
-from rems_net.recordings.parting.both import Both
-from rems_net.recordings.parting.case import Case
-from rems_net.recordings.parting.course import NEAR, Array
 from rems_net.recordings.parting.kinds import SIGN
+from rems_net.recordings.parting.pair import RobotPair
+from rems_net.recordings.parting.trajectory import NEAR, Array
+from rems_net.recordings.parting.trajectory_pair import TrajectoryPair
 from rems_net.recordings.parting.where import near
 
 #: Factors that are more likely a mistake than a measurement.
@@ -38,7 +38,11 @@ VERBS = {"all": "goes and turns", "way": "goes", "turn": "turns"}
 
 
 def says(
-    name: str, numbers: Mapping[str, Array], both: Both, case: Case, field: str
+    name: str,
+    numbers: Mapping[str, Array],
+    both: RobotPair,
+    case: TrajectoryPair,
+    field: str,
 ) -> str:
     """Return what this explanation claims about `b`: "turns 1.1 times as much"."""
     by, unit = numbers[name], both.a.unit(field) if field else ""
@@ -70,7 +74,9 @@ def says(
     return _told(both, case) if name == "told" else _episode(both, case, field)
 
 
-def look(name: str, numbers: Mapping[str, Array], both: Both, case: Case) -> str:
+def look(
+    name: str, numbers: Mapping[str, Array], both: RobotPair, case: TrajectoryPair
+) -> str:
     """Return where to look for the cause."""
     if not case.a.turns:
         return JOINT.get(name, "")
@@ -139,7 +145,7 @@ def _creeps(by: Array) -> str:
     return f"creeps {speed}/s, {degrees(turn):+.2g} deg/s"
 
 
-def _start(case: Case, unit: str) -> str:
+def _start(case: TrajectoryPair, unit: str) -> str:
     off = case.b.points[0] - case.a.points[0]
     if not case.a.turns:
         return f"starts {_amount(off[0], unit)} away"
@@ -173,7 +179,7 @@ def side(ahead: float, left: float, turn: float) -> str:
     return ", ".join(words)
 
 
-def _told(both: Both, case: Case) -> str:
+def _told(both: RobotPair, case: TrajectoryPair) -> str:
     """Return from when on the commands of `b` differ, and whether they are to stand."""
     first, where, stands = len(both.time), "", True
     for field in both.fields("command"):
@@ -197,7 +203,7 @@ def _told(both: Both, case: Case) -> str:
     return f"does not receive the same commands {since}: {where}"
 
 
-def _delayed(both: Both) -> float:
+def _delayed(both: RobotPair) -> float:
     """Return the delay after which `b` gets the commands of `a`, s; 0 for none."""
     pairs = [both.numbers(field) for field in both.fields("command")]
     one, other = (np.stack(columns, axis=1) for columns in zip(*pairs, strict=True))
@@ -208,7 +214,7 @@ def _delayed(both: Both) -> float:
     return 0.0
 
 
-def _episode(both: Both, case: Case, field: str) -> str:
+def _episode(both: RobotPair, case: TrajectoryPair, field: str) -> str:
     rows, held = case.apart.rows, case.apart.held
     ends = case.b.time[1:][rows]
     begun = f"from {ends[0]:.2f} s on, for {case.a.dt()[rows].sum():.2g} s"
@@ -220,7 +226,7 @@ def _episode(both: Both, case: Case, field: str) -> str:
     return f"goes on {begun}, while {both.a.name} is held{_near(both, ends)}"
 
 
-def _missed(both: Both, case: Case, field: str) -> str:
+def _missed(both: RobotPair, case: TrajectoryPair, field: str) -> str:
     """Return how far `b` misses its target when `a` has reached it; "" for little."""
     aim = field.replace("state/", "command/", 1)
     if not field or aim not in both.fields("command"):
@@ -235,7 +241,7 @@ def _missed(both: Both, case: Case, field: str) -> str:
     return f"; up to {most:.2g}{unit} off its target when {both.a.name} is there"
 
 
-def _near(both: Both, ends: Array) -> str:
+def _near(both: RobotPair, ends: Array) -> str:
     """Return what is near the robots then, if the recordings contain it."""
     rows = np.isin(both.time, ends)
     found = []
@@ -245,7 +251,7 @@ def _near(both: Both, ends: Array) -> str:
     return f" ({'; '.join(found)})" if found else ""
 
 
-def _wheels(both: Both, factor: float) -> str:
+def _wheels(both: RobotPair, factor: float) -> str:
     """Compare how far the wheels turned; "" if the recordings do not contain it."""
     ratios = []
     for field in both.fields("state"):

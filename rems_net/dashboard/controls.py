@@ -1,4 +1,4 @@
-"""Hands: the robots that one page drives, for as long as its picture is new.
+"""Controls: the robots that one page drives, for as long as its picture is new.
 
 A page gets a beat after its frames, and names the newest one in all that it sends. So
 the server knows how old the picture was for which a person moved the stick, in its own
@@ -39,7 +39,7 @@ class Beat(NamedTuple):
     seen: dict[str, tuple[int, float]]
 
 
-class Hands:
+class Controls:
     """The robots that one page drives. All methods but `drive` return at once.
 
     workers: threads for what may wait.

@@ -17,13 +17,13 @@ from rems_net.recordings.comparison import (
     until_far,
 )
 from rems_net.recordings.manifest import Start
-from rems_net.recordings.parting.course import Array, Course, Drive
+from rems_net.recordings.parting.trajectory import Array, Drive, StepTrajectory
 
 if TYPE_CHECKING:
     from rems_net.recordings.table import Columns
 
 
-class Both:
+class RobotPair:
     """Columns of robots `a` and `b` at the times (n,) s that both have.
 
     starts: of each robot, if the run has recorded it
@@ -89,7 +89,7 @@ class Both:
         """Whether the state of both begins with x, y and heading."""
         return all(pose_of(one.columns()) for one in (self.a, self.b))
 
-    def drives(self) -> tuple[Course, Course]:
+    def drives(self) -> tuple[StepTrajectory, StepTrajectory]:
         """Return the poses of both, in m and rad."""
         made = []
         for k, robot in enumerate((self.a, self.b)):
@@ -108,13 +108,13 @@ class Both:
         whole = np.round((other.points[0, 2] - one.points[0, 2]) / (2 * np.pi))
         return one, Drive(other.time, other.points - (0.0, 0.0, 2 * np.pi * whole))
 
-    def courses(self, field: str) -> tuple[Course, Course]:
+    def trajectories(self, field: str) -> tuple[StepTrajectory, StepTrajectory]:
         """Return one field of both states, in the unit of `a`."""
         factor = self.factor(field)
         assert factor is not None
-        one = Course(*self._from_start(0, self.a, [field]))
+        one = StepTrajectory(*self._from_start(0, self.a, [field]))
         time, points = self._from_start(1, self.b, [field])
-        return one, Course(time, factor * points)
+        return one, StepTrajectory(time, factor * points)
 
     def _from_start(
         self, k: int, robot: Columns, names: Sequence[str]

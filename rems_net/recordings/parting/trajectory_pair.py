@@ -1,4 +1,4 @@
-"""A case: two courses that part, and further facts about them."""
+"""A pair of trajectories that part, and further facts about them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,13 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from rems_net.recordings.parting.course import Array, Course
 from rems_net.recordings.parting.episodes import Episodes
+from rems_net.recordings.parting.trajectory import Array, StepTrajectory
 
 
 @dataclass(frozen=True)
-class Case:
-    """Two courses that part, at the same times, and further facts about them.
+class TrajectoryPair:
+    """Two trajectories that part, at the same times, and further facts about them.
 
     told (n, size): change of the steps of `a` with the commands of `b`; None if both
         received the same
@@ -20,8 +20,8 @@ class Case:
     aimed: whether the command is a position, not a speed
     """
 
-    a: Course
-    b: Course
+    a: StepTrajectory
+    b: StepTrajectory
     told: Array | None
     apart: Episodes
     started: bool
@@ -37,7 +37,7 @@ class Case:
         return bool(np.linalg.norm(off) > max(gone, 1e-9))
 
     def start(self, numbers: Mapping[str, Array]) -> Array:
-        """Return where a changed course of `a` begins: where `b` does, if known.
+        """Return where a changed trajectory of `a` begins: where `b` does, if known.
 
         If the start is unknown, a pose is one step away from it, so the other
         explanations account for it; a number that moves k times as far starts k times

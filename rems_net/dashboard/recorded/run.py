@@ -1,4 +1,4 @@
-"""Reel: one recording as the channels of a page, with their values at any time."""
+"""RecordedRun: a recording as the channels of a page, with values at any time."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Track(NamedTuple):
     schema: Schema
 
 
-class Reel:
+class RecordedRun:
     """One recording.
 
     first: number of its first channel.

@@ -1,4 +1,4 @@
-"""Standing: role and team of a session's user at a router with users.
+"""Identity: role and team of a session's user at a router with users.
 
 The router drops what is refused, and Zenoh reports nothing. So a program asks before it
 acts, and explains a refusal in a sentence.
@@ -21,7 +21,7 @@ from rems_net.router.session import Session
 TRIES = 10
 
 
-class Standing(NamedTuple):
+class Identity(NamedTuple):
     """Role and team of a user.
 
     role: `members`, `guests`, or "" for a user with a team;
@@ -42,7 +42,7 @@ def answer_for(
     fabric: str,
     seen_by: Callable[[str], Sequence[Any]] = lambda user: (),
 ) -> Callable[[Question], None]:
-    """Return the function that answers users' questions for their standing.
+    """Return the function that answers users' questions for their identity.
 
     seen_by: the people that a user may see; asked for with `?people`. The router lets
     each user ask at the own name only.
@@ -52,14 +52,14 @@ def answer_for(
         name = question.key.rpartition("/")[2]
         if "people" in question.parameters:
             question.answer(question.key, pack([list(p) for p in seen_by(name)]))
-        elif found := users.standing(name):
+        elif found := users.identity(name):
             question.answer(question.key, pack([*found, fabric]))
 
     return answer
 
 
-def standing(session: Session) -> Standing | None:
-    """Return the standing of this session's user; None at a router without users."""
+def identity(session: Session) -> Identity | None:
+    """Return the identity of this session's user; None at a router without users."""
     user = session.link.user
     if not user:
         return None
@@ -71,10 +71,10 @@ def standing(session: Session) -> Standing | None:
     for mail in answers:
         words = read(mail.payload)
         if type(words) is not list or len(words) != 3:
-            raise WireError("the router's answer is no standing. (R0621)")
+            raise WireError("the router's answer is no identity. (R0621)")
         role, team, fabric = words
         if role in ("", *ROLES) and (is_name(team) or team == "") and is_name(fabric):
-            return Standing(role, team, fabric)
+            return Identity(role, team, fabric)
     return None
 
 
@@ -84,13 +84,13 @@ def vouches(session: Session) -> bool:
     A router without users vouches for nobody: it admits no session with a user name,
     and without a user name this asks nothing.
     """
-    known = standing(session)
+    known = identity(session)
     return bool(known and known.team and is_of_team(known.team, session.fabric))
 
 
 def check_sees(session: Session) -> None:
     """Raise DeniedError if this user's team may not see the fabric."""
-    known = standing(session)
+    known = identity(session)
     if known is not None and not known.may_see(session.fabric):
         raise DeniedError(
             f"{_who(session, known)}, which has the fabrics {known.team!r} and "
@@ -101,7 +101,7 @@ def check_sees(session: Session) -> None:
 
 def check_member(session: Session) -> None:
     """Raise DeniedError if this user may not bring a clock or agents."""
-    known, link = standing(session), session.link
+    known, link = identity(session), session.link
     if known is None:
         return
     if known.role == GUESTS:
@@ -129,6 +129,6 @@ def check_member(session: Session) -> None:
         )
 
 
-def _who(session: Session, known: Standing) -> str:
+def _who(session: Session, known: Identity) -> str:
     link = session.link
     return f"At {link.endpoint} {link.user!r} is of the team {known.team!r}"

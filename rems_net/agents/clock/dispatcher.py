@@ -1,7 +1,7 @@
-"""Inbox: the clock's messages and questions, each passed to its handler."""
+"""Dispatcher: the clock's messages and questions, each passed to its handler."""
 
-from rems_net.agents.clock.answers import Answers
 from rems_net.agents.clock.members import Member
+from rems_net.agents.clock.replies import Replies
 from rems_net.agents.protocol.limits import NAME
 from rems_net.agents.protocol.messages import read_done, read_stop
 from rems_net.agents.protocol.shapes import shown
@@ -16,13 +16,13 @@ from rems_net.router.publisher import Watch
 TOGETHER = 64
 
 
-class Inbox:
+class Dispatcher:
     """The clock's mail, sorted. A letter that makes no sense is a complaint."""
 
-    def __init__(self, answers: Answers):
-        self._answers, self._box = answers, answers.box
-        self._session = session = answers.session
-        self._members, self._progress = answers.members, answers.progress
+    def __init__(self, replies: Replies):
+        self._replies, self._box = replies, replies.box
+        self._session = session = replies.session
+        self._members, self._progress = replies.members, replies.progress
         self._done_key = session.key("clock", STEP, "done")
         self._stop_key = session.key("stop")
         self._why_key = session.key("stop", "@why")
@@ -73,14 +73,14 @@ class Inbox:
                 self._sort(letter)
             except WireError as error:
                 # Any program can put anything at a key; that ends no run.
-                self._answers.complaints.about(letter.key, error)
+                self._replies.complaints.about(letter.key, error)
         elif isinstance(letter, Question):
             with letter:
-                self._answers.answer(letter)
+                self._replies.answer(letter)
         elif isinstance(letter, Presence):
             badge = letter.key.removeprefix(self._members_key)
             if badge.isdecimal() and len(badge) < 21:
-                self._answers.admissions.notice(int(badge), letter.alive)
+                self._replies.admissions.notice(int(badge), letter.alive)
 
     def _sort(self, mail: Mail) -> None:
         closing = self._closings.get(mail.key)
@@ -92,7 +92,7 @@ class Inbox:
             self._hear_done(badge, badge, n)
         elif mail.key == self._stop_key:
             read_stop(mail.payload)
-            self._answers.stop()
+            self._replies.stop()
         elif mail.key == self._why_key:
             info("stop", read_said(mail.payload).on(self._session.fabric))
         elif mail.key.endswith("/@where"):
@@ -107,7 +107,7 @@ class Inbox:
             raise WireError(
                 "it carries no badge of the member it would come from. (R0621)"
             )
-        newest = self._answers.pacing.n
+        newest = self._replies.pacing.n
         if n > newest:
             raise WireError(
                 f"it reports tick {n} as done; the newest is {newest}. (R0621)"

@@ -13,8 +13,8 @@ from rems_net.dashboard.door import Door
 from rems_net.dashboard.pages import Visitor, text_of
 from rems_net.dashboard.protocol import pack_frame, read_look, read_message
 from rems_net.dashboard.recorded.player import Frame, Player, Wish, read_wish
-from rems_net.dashboard.recorded.show import Show
-from rems_net.dashboard.server import Listening
+from rems_net.dashboard.recorded.runs import RecordedRuns
+from rems_net.dashboard.server import PageServer
 from rems_net.errors import RemsError, WireError
 
 #: s. A page that was hidden or slow goes on where it was, at most this far ahead.
@@ -22,12 +22,12 @@ LEAP = 0.2
 NOTHING = Wish()
 
 
-class Watching(Visitor):
+class RecordedPage(Visitor):
     """A browser that plays a recording."""
 
-    def __init__(self, link: Any, show: Show):
+    def __init__(self, link: Any, recorded: RecordedRuns):
         super().__init__(link)
-        self.player = Player(show)
+        self.player = Player(recorded)
         #: the requests since its last frame
         self.wish = NOTHING
 
@@ -43,18 +43,18 @@ class Watching(Visitor):
             )
 
 
-class RecordedServer(Listening):
+class RecordedServer(PageServer):
     """Server of the pages of a recording. `run` serves until it is cancelled.
 
     rate: frames per second.
     """
 
-    def __init__(self, show: Show, door: Door, rate: float = 30.0):
+    def __init__(self, recorded: RecordedRuns, door: Door, rate: float = 30.0):
         super().__init__(door)
-        self._show, self._rate = show, rate
-        self._pages: set[Watching] = set()
+        self._recorded, self._rate = recorded, rate
+        self._pages: set[RecordedPage] = set()
         #: threads that read the file
-        self._workers = ThreadPoolExecutor(4, "reel")
+        self._workers = ThreadPoolExecutor(4, "run")
 
     async def run(self) -> None:
         """Serve until cancelled."""
@@ -62,7 +62,7 @@ class RecordedServer(Listening):
             await asyncio.Event().wait()
         finally:
             self._workers.shutdown(cancel_futures=True)
-            self._show.close()
+            self._recorded.close()
 
     def count(self) -> int:
         """Return how many pages are open."""
@@ -72,9 +72,9 @@ class RecordedServer(Listening):
         """Serve one page, from its token to its end."""
         if await self._greeting(link) is None:
             return
-        page = Watching(link, self._show)
+        page = RecordedPage(link, self._recorded)
         await page.send({"welcome": self._welcome()})
-        await page.send(self._show.described())
+        await page.send(self._recorded.described())
         self._pages.add(page)
         playing = asyncio.create_task(self._play(page))
         try:
@@ -87,15 +87,15 @@ class RecordedServer(Listening):
     def _welcome(self) -> dict[str, Any]:
         return {
             "version": rems_net.__version__,
-            "fabric": self._show.name,
+            "fabric": self._recorded.name,
             "at": "a recording",
             "user": "",
             "rate": self._rate,
             "may": [],
-            "recording": self._show.recording(),
+            "recording": self._recorded.recording(),
         }
 
-    def _obey(self, page: Watching, text: str | bytes) -> None:
+    def _obey(self, page: RecordedPage, text: str | bytes) -> None:
         message: dict[str, Any] = {}
         try:
             message = read_message(text)
@@ -105,7 +105,7 @@ class RecordedServer(Listening):
             answer = {"id": number, "error": str(error)}
             self.send([page.link], text_of({"answer": answer}))
 
-    async def _play(self, page: Watching) -> None:
+    async def _play(self, page: RecordedPage) -> None:
         """Send the page its frames, until cancelled."""
         loop = asyncio.get_running_loop()
         due = last = time.monotonic()

@@ -1,4 +1,4 @@
-"""Output of the command line: results for people on stdout, complaints on stderr."""
+"""Options that several verbs have, and their output: results on stdout."""
 
 from __future__ import annotations
 

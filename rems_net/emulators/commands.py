@@ -1,4 +1,4 @@
-"""Words: the sentences for an emulator, such as `unplug 5`."""
+"""Commands: the sentences for an emulator, such as `unplug 5`."""
 
 from __future__ import annotations
 
