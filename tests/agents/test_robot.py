@@ -174,8 +174,8 @@ def test_a_port_of_a_robot_in_another_agent() -> None:
     agent = Copy("copy")
     agent.prepare()
     for value in (agent.read, agent.made):
-        assert value.schema["wheel/left"].range == (-7.3, 7.3)
-    top = agent.inherited.schema["wheel/left"].range[1]
+        assert dict(value.schema.rows())["wheel/left"].range == (-7.3, 7.3)
+    top = dict(agent.inherited.schema.rows())["wheel/left"].limits[1]
     assert top == pytest.approx(0.5 / 0.036)  # m/s, m: Create 2's own, by its wheels
     assert Create2.command is Create2.command
     assert Create2.command is not Woodbot.command
