@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from rems_net.identification.noise import SensorNoise
+from rems_net.identification.suggest import Suggestion
 
 
 @dataclass
@@ -40,6 +41,7 @@ class Identified:
     error: by field, RMS error of predictions over 2 s of what was used
     segments: number of these predictions      notes: sentences about the recordings
     noise: of the sensors, against what the definition computes from the state
+    suggestions: short drives, the one first that would show most; if asked for
     """
 
     name: str
@@ -54,6 +56,7 @@ class Identified:
     segments: int
     notes: list[str] = field(default_factory=list)
     noise: list[SensorNoise] = field(default_factory=list)
+    suggestions: list[Suggestion] = field(default_factory=list)
 
     def adopted(self) -> dict[str, str | float]:
         """Return the adopted parameters for an experiment: texts with units."""
@@ -94,6 +97,7 @@ class Identified:
                 )
         lines += [f"Note: {note}." for note in self.notes]
         lines += map(str, self.noise)
+        lines += [f"Drive next: {one}." for one in self.suggestions[:1]]
         if taken := self.adopted():
             words = ", ".join(f"{_key(n)} = {_text(v)}" for n, v in taken.items())
             lines.append("Write this to the robot in the experiment's file:")
