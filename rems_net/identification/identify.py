@@ -7,6 +7,7 @@ with it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,13 @@ from rems_net.identification.faults import check_clocks, check_motion, describe_
 from rems_net.identification.fit import SEGMENT, Fit, fit
 from rems_net.identification.prediction import Predictor, cut, made, whole
 from rems_net.identification.result import Identified, Parameter
+from rems_net.identification.suggest import Suggestion
+from rems_net.identification.suggest import suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02
+#: Number of blocks; each is predicted from the others.
+BLOCKS = 3
 #: Errors as small as this, in the field's unit, are rounding errors.
 ROUND = 1e-9
 #: Share of the error that is left if the recording is itself such a model.
@@ -29,7 +34,7 @@ MODEL = 0.1
 #: A gain is the share of a top speed, and shows only as the product with it.
 GAINS = f"{GROUP}/gain/"
 #: s, s, share. Where the search begins if these parameters are 0: there, a lag cannot
-#: be told from a delay.
+#: be separated from a delay.
 BEGIN = {f"{GROUP}/lag": 0.06, f"{GROUP}/delay": 0.03, f"{GROUP}/dead_band": 0.03}
 #: Share of a parameter whose effect on the predictions is looked for.
 CHANGE = 0.02
@@ -44,15 +49,21 @@ def identify(
     parameters: Mapping[str, Any] | None = None,
     names: Sequence[str] = (),
     check: Sequence[Drive] = (),
+    suggest: bool = False,
 ) -> Identified:
     """Fit the definition's parameters to drives, and test them on what was not used.
 
     parameters: as they were in the recordings      names: which to try; all that have
     an effect, if empty      check: drives that are only predicted; without them, each
-    half of a drive is predicted from the others. Raises ExperimentError if nothing
-    moves, a parameter does not exist, or a sign is turned round.
+    half of a drive is predicted from the others      suggest: which drives would show
+    more. Raises ExperimentError if nothing moves, a parameter does not exist, a sign is
+    turned round, or clocks drift.
     """
-    return _Search(drives, definition, parameters or {}, check).result(names)
+    search = _Search(drives, definition, parameters or {}, check)
+    found = search.result(names)
+    if suggest:
+        found.suggestions = search.suggestions(found)
+    return found
 
 
 class _Search:
@@ -140,6 +151,14 @@ class _Search:
             self.notes,
         )
 
+    def suggestions(self, found: Identified) -> list[Suggestion]:
+        """Return short drives, the one first that shows most of what was tried."""
+        values = {
+            one.name: one.value or BEGIN.get(one.name, 0.0) for one in found.parameters
+        }
+        ranges, error = self.ranges, found.error
+        return suggest_drives(self.predictor, self.drives, values, ranges, error)
+
     # -- what the recordings show --------------------------------------------------
 
     def _effective(self, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
@@ -206,16 +225,18 @@ class _Search:
         return names, blind
 
     def _leave_out_jolts(self, names: Sequence[str]) -> None:
-        """Leave out what does not fit, and split the rest into two parts."""
+        """Leave out what does not fit, and split the rest into blocks."""
         found = self._fit(self.drives, names)
         left = without(self.drives, found.out)
         if found.jolts and left:
             self.notes.append(describe_jolts(found))
             self.drives = left
-        self.halves = self.drives[::2], self.drives[1::2]
+        self.blocks = [self.drives[i::BLOCKS] for i in range(BLOCKS)]
         if len(self.drives) == 1:
-            (one,), half = self.drives, len(self.drives[0]) // 2
-            self.halves = [one.part(slice(0, half + 1))], [one.part(slice(half, None))]
+            (one,) = self.drives
+            cuts = np.linspace(0, len(one), BLOCKS + 1).astype(int).tolist()
+            ends = pairwise(cuts)
+            self.blocks = [[one.part(slice(max(a - 1, 0), b))] for a, b in ends]
 
     # -- what the unseen parts confirm ---------------------------------------------
 
@@ -223,8 +244,11 @@ class _Search:
         """Return pairs: drives that are only predicted, and drives to fit."""
         if self.check:
             return [(self.check, self.drives)]
-        first, second = self.halves
-        return [(first, second), (second, first)]
+        blocks = [block for block in self.blocks if block]
+        return [
+            (block, [one for other in blocks if other is not block for one in other])
+            for block in blocks
+        ]
 
     def _adopt(self, names: Sequence[str]) -> tuple[list[str], dict[str, float]]:
         """Return the names without which unseen parts are predicted worse.
