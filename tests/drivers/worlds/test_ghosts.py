@@ -243,5 +243,5 @@ def test_what_a_ghost_needs() -> None:
     assert "Did you mean 'max_age'" in refused(
         **woodbot, follows="input/drive", max_ago=1
     )
-    with pytest.raises(ExperimentError, match=r"ghosts is 'real'"):
-        made.world("b", ghosts="real")
+    with pytest.raises(ExperimentError, match=r"ghosts is \[.real.\]"):
+        made.world("b", ghosts=["real"])
