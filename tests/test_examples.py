@@ -195,7 +195,7 @@ def test_ten_simulated_robots_and_an_emulated_one_follow_each_other(copy: Path) 
     assert "is inside" not in done.stdout + done.stderr
     found = last(copy / "runs", "state/x [m]", "state/y [m]")
     assert len(found) == 11
-    names = ["real" if i == 5 else f"w{i}" for i in range(11)]
+    names = [f"w{i}" for i in range(11)]
     for one, other in pairwise(names):
         assert 0.08 < dist(found[one], found[other]) < 0.4, (one, other)
     for x, y in found.values():

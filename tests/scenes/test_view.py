@@ -19,6 +19,7 @@ from rems_net.bodies.parts import Box
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.robots.scaler import Scaler
 from rems_net.scenes import view
+from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene, Thing
 from tests.bodies.files.robots import ARM, arm
 
@@ -124,3 +125,16 @@ def test_a_ramp_is_not_flat() -> None:
     ramp = Thing("ramp", Box((0.4, 0.2, 0.01)), (0.0, 0.0, 0.05), pitch=0.3)
     assert view.of_scene(Scene(things=(ramp,)))["flat"] is False
     assert view.of_scene(Scene())["flat"] is True
+
+
+def test_a_ghost_is_a_thing_at_its_own_height() -> None:
+    """Whoever draws it puts it to the pose that the world publishes."""
+    robot = Woodbot("real")
+    robot.prepare()
+    scene = Scene(ghosts=(Ghost("real", robot.body()),))
+    (thing,) = view.of_scene(scene)["things"]
+    assert (thing["name"], thing["ghost"]) == ("real", True)
+    assert thing["at"] == [0.0, 0.0, 0.02]
+    assert thing["outline"] == view.of_body(robot.body())["outline"]
+    kinds = [next(iter(solid)) for solid in thing["solids"]]
+    assert sorted(kinds) == ["ball", "box", "cylinder", "cylinder"]

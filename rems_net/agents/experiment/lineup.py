@@ -47,6 +47,7 @@ from rems_net.router.keys import check_name
 
 #: settings that a class declares, as a table of its own
 Options = Mapping[str, Any] | None
+Many = Sequence[Mapping[str, Any]]
 
 
 class Lineup:
@@ -103,8 +104,8 @@ class Lineup:
     ) -> None:
         """Add an input: a built-in type ("csv") or a class of your own.
 
-        options are of its class. words are as of a robot: `every`, `since`, `host`,
-        `machine`, `restart`, `rules`; and a word with the name of an In connects it.
+        options are of its class. words: `every`, `since`, `host`, `machine`, `restart`,
+        `rules` are as of a robot, and a word with the name of an In connects it.
         """
         self._add("input", name, type, options, words)
 
@@ -116,18 +117,15 @@ class Lineup:
         self._add("process", name, type, options, words)
 
     @taught(ExperimentError, ' Write options={{"{word}": ...}}.')
-    def world(
-        self, name: str, *, options: Options = None, ghosts: Sequence[Any] = ()
-    ) -> None:
-        """Describe a place that robots share, and its walls and things.
+    def world(self, name: str, *, options: Options = None, ghosts: Many = ()) -> None:
+        """Describe a place for the robots added with this `world` (docs/worlds.md).
 
-        options: walls, things, or a file with the whole place (docs/worlds.md). The
-        robots added with this `world` are in it. ghosts: robots that are elsewhere, a
-        dict each: name, definition, and the port that it follows.
+        options: walls, things, or a file with the whole place.  ghosts: robots that are
+        elsewhere, a dict each: name, definition, and the port that it follows.
         """
         with origin(f"world {name!r}"):
             check_mapping(options, "options")
-            options = {**(options or {}), **({"ghosts": ghosts} if ghosts else {})}
+            options = dict(options or {}, **({"ghosts": ghosts} if ghosts else {}))
             known = self.plans.pop(f"world/{name}", None)
             if known is not None and known.options:
                 raise ExperimentError(
@@ -176,11 +174,11 @@ class Lineup:
         initial is the state it starts in; marker, the one on it, by which cameras find
         it ({"id": 3, "size": "40 mm"}). rules make its command of what is read: each
         is a function with @rule above it, or its name ("lab.py:arrows_to_wheels").
-        Robots of one host share a process; robots of
-        one `world` share that, too: they touch and see each other. Every agent can step
-        at every k-th tick only (every), join after some seconds (since), be started
-        again after a crash (at most restart times), and be brought by another
-        `machine`, on which `rems agent bring --as` its name was typed.
+        Robots of one host share a process; robots of one `world` share that, too: they
+        touch and see each other. Every agent can step at every k-th tick only (every),
+        join after some seconds (since), be started again after a crash (at most restart
+        times), and be brought by another `machine`, on which `rems agent bring --as`
+        its name was typed.
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)

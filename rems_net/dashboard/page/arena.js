@@ -168,7 +168,8 @@ export class Arena {
     }
     for (const thing of things) {
       fill(on, thing.outline.map((corner) => at(place(corner, thing.pose))), rgb(thing.colour), thing.ghost ? 0.35 : 1);
-      if (scale > 60) label(on, thing.name, at([thing.pose.x, thing.pose.y]));
+      const named = thing.ghost && robots.some(({ port }) => port.agent === `robot/${thing.name}`);
+      if (scale > 60 && !named) label(on, thing.name, at([thing.pose.x, thing.pose.y]));
     }
     const few = robots.length <= NAMED;
     const ghosts = this.ghosts(robots);

@@ -71,9 +71,8 @@ class KinematicWorld:
         """Return the last free pose on the straight way from one pose to another."""
         mine = self._outlines[number]
         there = [*self._place, *self._but(number)]
-        start = mine.at(before)
         ghosts = [one.here() for one in self.scene.ghosts if one.pose is not None]
-        least = [(one, max(TOUCH, start.depth(one))) for one in ghosts]
+        least = [(one, max(TOUCH, mine.at(before).depth(one))) for one in ghosts]
 
         def meets(share: float) -> bool:
             here = mine.at(_between(before, after, share))

@@ -14,15 +14,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rems_net import Experiment
+from rems_net import Experiment, Tick
 from rems_net.agents.experiment.again.compared import compare
 from rems_net.agents.experiment.again.rebuilt import rebuild
+from rems_net.agents.robot import combine
+from rems_net.agents.runtime import runtime
 from rems_net.bodies.body import Body, Box, Part
 from rems_net.drivers import emulated
+from rems_net.drivers.hardware.woodbot_websocket import OriginalFirmware
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.scenes.ghost import DEEP
 from rems_net.scenes.outline import TOUCH, of_body
+from tests.drivers import alone
 from tests.drivers.worlds.ghosts import Drive, Near, Tall, Walk
 from tests.drivers.worlds.test_shared import DT, each, engines
 
@@ -243,5 +247,28 @@ def test_what_a_ghost_needs() -> None:
     assert "Did you mean 'max_age'" in refused(
         **woodbot, follows="input/drive", max_ago=1
     )
-    with pytest.raises(ExperimentError, match=r"ghosts is 'real'"):
-        made.world("b", ghosts="real")
+    names: Any = ["real"]
+    with pytest.raises(ExperimentError, match=r"ghosts is \[.real.\]"):
+        made.world("b", ghosts=names)
+
+
+def test_the_state_of_an_unplugged_robot_grows_old() -> None:
+    """Its process goes on and repeats it, so the source tick is that of the reading."""
+    pytest.importorskip("websockets", reason="websockets is not installed")
+    with emulated("woodbot-ws") as device:
+        robot: Any = combine(Tall, OriginalFirmware)(
+            "real", options={"url": device.where}
+        )
+        run, command = runtime(robot), {"wheel/left": 1.0, "wheel/right": 1.0}
+
+        def age() -> int:
+            """Begin the next tick; return the age after the last one, in ticks."""
+            n, source = run.tick.n, run.source_tick
+            run.begin(Tick(n + 1, (n + 1) * DT, DT))
+            return n - source if source else 1000
+
+        with alone.opened(robot):
+            alone.keep(robot, command, lambda: age() <= 1)
+            device.tell("unplug 1.5")
+            alone.keep(robot, command, lambda: age() >= 25)
+            alone.keep(robot, command, lambda: age() <= 1)
