@@ -13,7 +13,7 @@ The time of a sweep has the start of its processes, its checks and its table in 
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:
-    size = (4, 20) if quick else (120, 1000)
+    size = (4, 20) if quick else (240, 1000)
     names = {ENGINE: "engine", SWEEP: "sweep"}
     contenders = [Contender(n, "sweeping", (w, *size)) for n, w in names.items()]
     found = interleave(contenders, repeats, tell)

@@ -67,6 +67,10 @@ class Worker:
         """End it now, even during a job."""
         self._process.kill()
 
+    def join(self) -> None:
+        """Wait for its end."""
+        self._process.join()
+
 
 class Workers:
     """Workers that take turns: a function waits for none that is idle.
@@ -99,6 +103,8 @@ class Workers:
         """End all of them now, even during a job."""
         for worker in self._all:
             worker.kill()
+        for worker in self._all:
+            worker.join()
 
 
 @contextmanager
