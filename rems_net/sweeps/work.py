@@ -240,8 +240,8 @@ def _check_alike(spec: Mapping[str, Any], lab: Experiment) -> None:
 
 def _unlike(spec: Mapping[str, Any], why: str) -> ExperimentError:
     return ExperimentError(
-        f"the worker on {machine()} is not like {spec['host']}, where the sweep was "
-        f"started: {why}. Install and copy the same there, and type the same command "
+        f"a worker on {machine()} differs from {spec['host']}, which has started the "
+        f"sweep: {why}. Install and copy the same there, and type the same command "
         "again. (R1024)"
     )
 

@@ -25,9 +25,9 @@ from tests.agents.runs import free_port, until
 from tests.commands import environment
 from tests.sweeps.labs import lab, written
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 #: a run of about a tenth of a second
-LONG, RUNS = "20 s", 40
+LONG, RUNS = "20 s", 16
 HERE = "tcp://127.0.0.1"
 
 

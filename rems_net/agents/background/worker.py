@@ -18,10 +18,8 @@ from rems_net.interrupts import without_ctrl_c
 
 #: The name of a script's module in the processes of multiprocessing.
 SCRIPT = "__mp_main__"
-#: held while the script of this process is hidden
+#: held while a process is started: the script of this process is hidden then
 _MAIN = threading.Lock()
-#: held while the variables of this process are those of one that starts
-_STARTING = threading.Lock()
 
 
 class Worker:
@@ -67,6 +65,10 @@ class Worker:
         """End it now, even during a job."""
         self._process.kill()
 
+    def join(self) -> None:
+        """Wait for its end."""
+        self._process.join()
+
 
 class Workers:
     """Workers that take turns: a function waits for none that is idle.
@@ -99,6 +101,8 @@ class Workers:
         """End all of them now, even during a job."""
         for worker in self._all:
             worker.kill()
+        for worker in self._all:
+            worker.join()
 
 
 @contextmanager
@@ -107,15 +111,14 @@ def _having(environment: Mapping[str, str] | None) -> Iterator[None]:
     if environment is None:
         yield
         return
-    with _STARTING:  # multiprocessing hands on the variables of this process
-        before = dict(os.environ)
-        try:
-            os.environ.clear()
-            os.environ.update(environment)
-            yield
-        finally:
-            os.environ.clear()
-            os.environ.update(before)
+    before = dict(os.environ)  # which multiprocessing hands on
+    try:
+        os.environ.clear()
+        os.environ.update(environment)
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @contextmanager
@@ -124,12 +127,12 @@ def _script_hidden() -> Iterator[Path | None]:
 
     The new process would run the experiment again. It imports the script up to there.
     """
-    main = sys.modules["__main__"]
-    path = getattr(main, "__file__", None)
-    if path is None or main.__spec__ is not None:
-        yield None
-        return
-    with _MAIN:
+    with _MAIN:  # held first: another thread may have hidden it
+        main = sys.modules["__main__"]
+        path = getattr(main, "__file__", None)
+        if path is None or main.__spec__ is not None:
+            yield None
+            return
         sys.modules["__main__"] = ModuleType("__main__")
         # results of the script's classes come back by this name
         sys.modules[SCRIPT] = main
