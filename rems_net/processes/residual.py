@@ -29,6 +29,7 @@ from rems_net.drivers.kinematic.correction import (
     Network,
     Weights,
     definition_of,
+    go,
     limits,
     local,
     pose,
@@ -214,7 +215,7 @@ class Residual(Process):
         model.state = {
             path: self.state[path] for path in model.state if path in self.state
         } | dict(zip(POSE, before, strict=True))
-        model.drive(model.command.schema(self._command()), dt)
+        go(model, self._command(), dt)
         return np.array(local(before, pose(model.state)))
 
     def _learn(self, given: Any, read: Any) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rems_net import Tick, Woodbot
 from rems_net.agents.robot import combine
-from rems_net.drivers.kinematic.correction import Weights, limits
+from rems_net.drivers.kinematic.correction import Weights, go, limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.identification.drive import Drive, Floats
 from rems_net.processes.residual import Residual
@@ -76,21 +76,19 @@ def error(
 
 def _free(drive: Drive, model: Kinematic, first: int, rows: int) -> Floats:
     """Run from a row; a correction knows the commands before it."""
-    dt, schema = step_of(drive), model.command.schema
-    most = limits(schema)["wheel/left"]
+    dt = step_of(drive)
+    most = limits(model.command.schema)["wheel/left"]
     commands = [
-        schema(
-            {path: float(shares[n]) * most for path, shares in drive.command.items()}
-        )
+        {path: float(shares[n]) * most for path, shares in drive.command.items()}
         for n in range(max(0, first - 3), first + rows + 1)
     ]
     model.rewind()
     for command in commands[: -rows or None]:
-        model.drive(command, dt)
+        go(model, command, dt)
     model.state = {path: float(drive.state[path][first]) for path in POSE}
     went = [[model.state[path] for path in POSE]]
     for command in commands[-rows:]:
-        model.drive(command, dt)
+        go(model, command, dt)
         went.append([model.state[path] for path in POSE])
     return np.array(went)
 
@@ -114,9 +112,7 @@ def late(
     for n in range(10 * rows):
         wheels = wheels + (told[:, n] - wheels) * (1 - np.exp(-fine / lag))
         left, right = (wheels * (0.94, 1.0) * most).tolist()
-        model.drive(
-            model.command.schema({"wheel": {"left": left, "right": right}}), fine
-        )
+        go(model, {"wheel": {"left": left, "right": right}}, fine)
         if n % 10 == 9:
             poses.append([model.state[path] for path in POSE])
     read = np.array(poses).T

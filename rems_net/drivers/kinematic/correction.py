@@ -232,16 +232,21 @@ def probe(robot: Kinematic, dt: float) -> tuple[list[float], list[float]]:
     for path, most in limits(robot.command.schema).items():
         robot.rewind()
         robot.state = dict.fromkeys(POSE, 0.0)
-        command = robot.command.schema({path: most})
         for _ in range(PROBE):
             before = pose(robot.state)
-            robot.drive(command, dt)
+            go(robot, {path: most}, dt)
             step = local(before, pose(robot.state))
         went += pose(robot.state)
         full = [a + abs(b) for a, b in zip(full, step, strict=True)]
     robot.rewind()
     most = max(full[0], full[1])
     return [most or dt, most or dt, full[2] or dt], went
+
+
+def go(robot: Kinematic, command: Mapping[str, Any], dt: float) -> None:
+    """Let a robot obey a command for one step; fields without a value are safe."""
+    robot.command = robot.command.schema(command)
+    robot.drive(robot.acting(dt), dt)
 
 
 def pose(state: DefDict | Mapping[str, Any]) -> tuple[float, float, float]:
