@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net import read
 from rems_net.drivers.physics.pictures.painter import look_for_renderer
 from rems_net.errors import MissingPartError
 from tests.commands import ROOT, Done, python, rems
@@ -93,6 +94,18 @@ def the_network_predicts_better(runs: Path) -> None:
     assert off["corrected"] < 0.25 * off["alone"]
 
 
+def the_filters_know_where_it_is(runs: Path) -> None:
+    """At least ten times as well as the model that has no sensors."""
+    recording = read(runs / "estimate")
+    last = {
+        name: [float(recording[name].plain(f"state/{field}")[-1]) for field in "xy"]
+        for name in ("real", "model", "process/ekf", "process/ukf")
+    }
+    assert dist(last["real"], last["model"]) > 0.1
+    for name in ("process/ekf", "process/ukf"):
+        assert dist(last["real"], last[name]) < 0.01
+
+
 #: example -> what else it does, seen in what it left
 DOES: dict[str, Callable[[Path], None]] = {
     "pid": the_integral_wins_against_the_wind,
@@ -100,6 +113,7 @@ DOES: dict[str, Callable[[Path], None]] = {
     "swarm": the_swarm_flies_together,
     "referee": the_racer_starts_again,
     "residual": the_network_predicts_better,
+    "estimate": the_filters_know_where_it_is,
     "reach": the_arm_ends_where_the_circle_does,
 }
 

@@ -14,7 +14,9 @@ DefDict, and `cart.state = {"x": 1.0}` updates it by the rules of the schema.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self, overload
+from copy import copy
+from typing import Any, Self, cast, overload
+from weakref import WeakKeyDictionary
 
 from rems_net.agents.runtime import RUNTIME, Runtime
 from rems_net.defdict import Batch, DefDict, Field, Schema, merge_schemas
@@ -48,7 +50,7 @@ class Slot:
     def __get__(self, instance: object, owner: type) -> DefDict: ...
     def __get__(self, instance: object | None, owner: type) -> Self | DefDict:
         if instance is None:
-            return self
+            return self.of(owner)
         own = instance.__dict__
         if self.marks:
             _mark(own, self.name)
@@ -60,6 +62,10 @@ class Slot:
                 "theirs in __init__, ports in prepare(). (R0507)"
             ) from None
         return live
+
+    def of(self, owner: type) -> Self:
+        """Return this slot as a class has it."""
+        return self
 
     def __set__(self, instance: object, values: Mapping[str, Any]) -> None:
         own = instance.__dict__
@@ -101,11 +107,26 @@ class Port(Slot):
         self._schema: Schema | Callable[[DefDict], Schema] | None = given
         #: results of the function, by parameters: a crowd has one schema
         self._made: dict[tuple[type, bytes], Schema] = {}
+        #: this port as subclasses have it, by class
+        self._inherited: WeakKeyDictionary[type, Port] = WeakKeyDictionary()
 
     @property
     def is_open(self) -> bool:
         """Whether it has no schema of its own."""
         return self._schema is None
+
+    def of(self, owner: type) -> Self:
+        """Return this port with the defaults of `owner`, which may inherit it.
+
+        The range of `Create2.command` depends on Create2's own parameters.
+        """
+        if owner is self._home or not callable(self._schema):
+            return self
+        if owner not in self._inherited:
+            port = copy(self)
+            port._home, port._made = owner, {}
+            self._inherited[owner] = port
+        return cast("Self", self._inherited[owner])
 
     def schema_for(self, parameters: DefDict) -> Schema | None:
         """Return the schema of this port on an agent with these parameters."""
@@ -121,13 +142,22 @@ class Port(Slot):
     def _depending(
         self, schema: Callable[[DefDict], Schema], parameters: DefDict
     ) -> Schema:
+        like = self._like
+        own = getattr(like and like._home, "parameters", None)
         try:
             return schema(parameters)
         except UnknownAttributeError:
-            own = getattr(self._like and self._like._home, "parameters", None)
-            if not isinstance(own, Settings):
+            if like is None or not isinstance(own, Settings):
                 raise
+        try:
             return schema(own.schema())
+        except UnknownAttributeError:
+            kind, robot = type(self).__name__, like._home.__name__
+            raise SchemaError(
+                f"{self.owner}.{self.name} takes the schema of {robot}.{like.name}, "
+                f"which depends on parameters that {robot} does not have. Name a robot "
+                f"that has them, such as {kind}(Woodbot.{like.name}). (R0509)"
+            ) from None
 
     @property
     def schema(self) -> Schema:

@@ -32,7 +32,9 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "plot": "rems_net.outputs.plot:PlotOutput",
     },
     "process": {
+        "ekf": "rems_net.processes.ekf:Ekf",
         "residual": "rems_net.processes.residual:Residual",
+        "ukf": "rems_net.processes.ukf:Ukf",
     },
     "world": {"world": "rems_net.agents.world:World"},
     "definition": {

@@ -11,6 +11,7 @@ EXAMPLES = """\
 examples:
   rems identify --robot real                  from the newest run
   rems identify runs/monday --robot real --check runs/tuesday
+  rems identify runs/monday --robot real --out real.identified.toml
   rems identify runs/demo --robot mujoco --fit track,max_wheel_speed
   rems identify lab.csv --like woodbot-class --definition woodbot \\
       --set track="100 mm" --set max_wheel_speed="6.8 rad/s"
@@ -49,6 +50,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="another run of this robot, which is only predicted (else each half of "
         "the run is predicted from the other half)",
     )
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the parameters there, such as real.identified.toml",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -67,6 +74,10 @@ def run(args: argparse.Namespace) -> int:
     out = console(args)
     for line in found.lines():
         out.print(line, soft_wrap=True)
+    if args.out:
+        found.write(args.out)
+        out.print(f"They are in {args.out}. In place of that line, this will do:")
+        out.print(f'  parameters = "{args.out.name}"', soft_wrap=True)
     return 0
 
 

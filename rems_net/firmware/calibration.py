@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError
 
@@ -42,6 +43,12 @@ class Servo:
         """Return this servo with its top speed multiplied by `by`."""
         return replace(self, top_speed=self.top_speed * by)
 
+    def times(self, by: float) -> Servo:
+        """Return deviations, all multiplied by `by`."""
+        return replace(
+            self.scaled(by), trim=self.trim * by, dead_band=self.dead_band * by
+        )
+
 
 def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
     """Return the servo that fits the measured speeds best.
@@ -69,21 +76,58 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
         raise ExperimentError(
             "it hardly turns in one direction: is something in its way? (R0712)"
         )
-    pulses = np.array([servo.pulse(speed) for speed in speeds])
-    # One slope for both directions, and for each the pulse at which it begins to turn.
-    rows = np.column_stack([pulses, ahead, ~ahead]).astype(float)
-    (slope, one, other), *_ = np.linalg.lstsq(rows, turned, rcond=None)
+    rows = _rows(servo, speeds)
+    line, *_ = np.linalg.lstsq(rows, turned, rcond=None)
+    slope = line[0]
     if slope == 0 or (slope > 0) == servo.reversed:
         raise ExperimentError(
             "its speed does not grow with its pulse: is it worn? (R0712)"
         )
-    starts, ends = -one / slope, -other / slope
-    trim = (starts + ends) / 2
-    # Noise can make a dead band of zero look negative.
-    band = max(0.0, (starts - ends) / 2 * (-1 if servo.reversed else 1))
+    trim, band, top = _figures(line, servo.reversed)
     if abs(trim) > MOST_TRIM or band > MOST_DEAD_BAND:
         raise ExperimentError(
             f"a trim of {trim:.0f} us and a dead band of {band:.0f} us are no servo's: "
             "did something hold the robot? (R0712)"
         )
-    return Servo(trim, band, abs(slope) * (REACH - band), servo.reversed)
+    return Servo(trim, band, top, servo.reversed)
+
+
+def deviations(
+    servo: Servo, told: Sequence[float], found: Sequence[float]
+) -> tuple[Servo, int]:
+    """Return standard deviations of what `fit` finds, and their degrees of freedom.
+
+    They come from the distance of the measured speeds from the fitted line.
+    """
+    speeds, turned = np.asarray(told, dtype=float), np.asarray(found, dtype=float)
+    moves = np.abs(turned) > STILL
+    rows = _rows(servo, speeds[moves])
+    line, *_ = np.linalg.lstsq(rows, turned[moves], rcond=None)
+    freedom = max(1, int(moves.sum()) - len(line))
+    variance = float(((turned[moves] - rows @ line) ** 2).sum()) / freedom
+    spread = variance * np.linalg.inv(rows.T @ rows)
+    base = np.array(_figures(line, servo.reversed))
+    steps = 1e-6 * np.maximum(np.abs(line), 1e-6)
+    slopes = np.array(
+        [
+            (np.array(_figures(line + step, servo.reversed)) - base) / step.max()
+            for step in np.diag(steps)
+        ]
+    )
+    trim, band, top = np.sqrt(np.einsum("ik,ij,jk->k", slopes, spread, slopes))
+    return Servo(float(trim), float(band), float(top), servo.reversed), freedom
+
+
+def _rows(servo: Servo, speeds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the equations: one slope, and for each direction where it begins."""
+    pulses, ahead = np.array([servo.pulse(speed) for speed in speeds]), speeds > 0
+    return np.column_stack([pulses, ahead, ~ahead]).astype(float)
+
+
+def _figures(line: NDArray[np.float64], mirrored: bool) -> tuple[float, float, float]:
+    """Return trim and dead band [us], and top speed [rad/s], of a fitted line."""
+    slope, one, other = map(float, line)
+    starts, ends = -one / slope, -other / slope
+    # Noise can make a dead band of zero look negative.
+    band = max(0.0, (starts - ends) / 2 * (-1 if mirrored else 1))
+    return (starts + ends) / 2, band, abs(slope) * (REACH - band)

@@ -73,6 +73,7 @@ class Body(Structure):
         ("y", c_double),
         ("heading", c_double),
         ("arena_radius", c_double),
+        ("track", c_double),
         ("at", c_uint64),
     )
 

@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from rems_net import __version__
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition
 from rems_net.errors import ExperimentError, nearest, some
@@ -14,6 +17,11 @@ from rems_net.identification.identify import identify as search
 from rems_net.identification.noise import noise_of
 from rems_net.identification.prediction import made
 from rems_net.identification.result import Identified
+from rems_net.recordings.parameters.identified import (
+    Origin,
+    definition_digest,
+    file_digest,
+)
 
 if TYPE_CHECKING:
     from rems_net.recordings.recording import Recording
@@ -45,7 +53,23 @@ def identify(
     found = search([drive], cls, parameters=stated, names=fit, check=checks)
     best = made(cls, {**stated, **found.adopted()})
     found.noise = noise_of(recording[drive.name], best)
+    used = [recording] if check is None else [recording, check]
+    found.origin, found.stated = _origin(used, drive.name, cls), stated
     return found
+
+
+def _origin(
+    recordings: Sequence[Recording], name: str, definition: type[Definition]
+) -> Origin:
+    files = {}
+    for recording in recordings:
+        path, _ = recording.source(_named(recording, name))
+        below = path.is_relative_to(Path.cwd())
+        shown = path.relative_to(Path.cwd()) if below else path
+        files[shown.as_posix()] = file_digest(path)
+    digest = definition_digest(definition)
+    versions = {"rems_net": __version__, "numpy": np.__version__}
+    return Origin(name, definition.__name__, digest, files, versions)
 
 
 def _name(recording: Recording, asked: str) -> str:
@@ -89,7 +113,11 @@ def _drive(
     definition: type[Definition],
     parameters: Mapping[str, Any],
 ) -> Drive:
+    columns = recording[_named(recording, name)]
+    return drive_of(columns, made(definition, parameters))
+
+
+def _named(recording: Recording, name: str) -> str:
+    """Return the robot's name: a file of another program has one of its own."""
     names = [*recording]
-    # A file of another program is the robot's name, and each file has its own.
-    name = names[0] if name not in names and len(names) == 1 else name
-    return drive_of(recording[name], made(definition, parameters))
+    return names[0] if name not in names and len(names) == 1 else name

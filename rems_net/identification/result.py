@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
+from rems_net.errors import ExperimentError
 from rems_net.identification.noise import SensorNoise
+from rems_net.recordings.parameters.identified import Origin, write_identified
 
 
 @dataclass
@@ -40,6 +45,7 @@ class Identified:
     error: by field, RMS error of predictions over 2 s of what was used
     segments: number of these predictions      notes: sentences about the recordings
     noise: of the sensors, against what the definition computes from the state
+    origin: of the parameters      stated: those that were known before
     """
 
     name: str
@@ -54,6 +60,27 @@ class Identified:
     segments: int
     notes: list[str] = field(default_factory=list)
     noise: list[SensorNoise] = field(default_factory=list)
+    origin: Origin | None = None
+    stated: Mapping[str, Any] = field(default_factory=dict)
+
+    def write(self, path: Path | str) -> None:
+        """Write the parameters to a file, which an experiment's robot takes by name.
+
+        Raises ExperimentError if none was adopted, and OSError.
+        """
+        if self.origin is None or not self.adopted():
+            raise ExperimentError(
+                f"no parameter of {self.name} was adopted, so there is nothing to "
+                "write; drive longer, and in curves of both directions. (R0880)"
+            )
+        remarks = {
+            one.name: f"{one.value - one.half:.4g} to {one.value + one.half:.4g}, 95 % "
+            f"interval; was {one.text(one.before)}"
+            for one in self.parameters
+            if one.adopted
+        }
+        found = {**self.stated, **self.adopted()}
+        write_identified(Path(path), self.origin, found, remarks)
 
     def adopted(self) -> dict[str, str]:
         """Return the adopted parameters as texts with units, for an experiment."""

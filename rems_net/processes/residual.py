@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from math import pi
 from typing import Any
 
 import numpy as np
 
 from rems_net.agents.agent import Process
-from rems_net.agents.parts import find
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.robot import Definition, combine
 from rems_net.agents.tick import Tick
 from rems_net.defdict import (
     Schema,
@@ -36,12 +33,12 @@ from rems_net.drivers.kinematic.correction import (
     probe,
     runs_away,
 )
-from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError
 from rems_net.events import warn
 from rems_net.processes.gate import Gate
 from rems_net.processes.learner import Learner, train
+from rems_net.processes.model import model_of
 
 #: Share of full speed. A step that is so far from the prediction was no drive: somebody
 #: has lifted the robot, or its pose was lost.
@@ -61,7 +58,7 @@ class Residual(Process):
 
     options = Settings(
         definition=text(doc="of the robot: woodbot, or my.py:Cart"),
-        parameters=text(max_len=4096, doc='of it, such as: track = "100 mm"'),
+        parameters=text(max_len=4096, doc='of it: track = "100 mm", or a file'),
         hidden=integer(default=4, range=(1, 10_000), doc="neurons"),
         taps=integer(default=3, range=(1, 100), doc="ticks whose commands it knows"),
         due=integer(range=(0, 10_000), doc="if not 0: learns in jobs of so many ticks"),
@@ -107,26 +104,13 @@ class Residual(Process):
         """Build the definition, which predicts. Raises ExperimentError."""
         super().prepare()
         options = self.options
-        if not options.definition:
-            raise ExperimentError(
-                "a residual needs the definition beside which it learns; write "
-                'options={"definition": "woodbot"}. (R0873)'
-            )
-        found = find("definition", options.definition, self.folder)
-        assert issubclass(found, Definition)
-        robot = combine(found, Kinematic)(
-            self.name, parameters=_parameters(options.parameters), folder=self.folder
-        )
-        robot.prepare()
-        assert isinstance(robot, Kinematic)
+        self.model = robot = model_of(self)
         lacks = [field for field in POSE if field not in robot.state]
         if lacks:
             raise ExperimentError(
                 f"the state of a {options.definition} has no {lacks[0]!r}; a residual "
                 "corrects x, y and heading of a robot that drives. (R0873)"
             )
-        robot.integration.told = "silent"  # the robot itself warns of long steps
-        self.model = robot
         commands = robot.command.schema.paths
         self.network = Network(options.taps * len(commands), options.hidden)
         fields = {"values": array(self.network.count, doc="of the network")}
@@ -260,15 +244,3 @@ class Residual(Process):
         self.learner.mean = np.zeros(self.network.count)
         self.correction = {**dict.fromkeys(POSE, 0.0), "helps": False}
         warn("correction", f"{self.key}: {RUNAWAY}", self.key)
-
-
-def _parameters(given: str) -> dict[str, Any]:
-    """Return parameters from the words between the braces of a line of TOML."""
-    try:
-        found = tomllib.loads(f"all = {{ {given} }}")["all"]
-    except tomllib.TOMLDecodeError as error:
-        raise ExperimentError(
-            f"parameters = {given!r:.80} cannot be read ({error}); write as `rems "
-            "identify` prints them, such as \"track = '100 mm'\". (R0873)"
-        ) from None
-    return dict(found)

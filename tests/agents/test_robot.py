@@ -6,7 +6,17 @@ from typing import Any, ClassVar
 
 import pytest
 
-from rems_net import Definition, Driver, In, Out, Schema, Settings
+from rems_net import (
+    Create2,
+    Definition,
+    Driver,
+    In,
+    Out,
+    Process,
+    Schema,
+    Settings,
+    Woodbot,
+)
 from rems_net.agents.robot import combine
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
 from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
@@ -149,3 +159,39 @@ def test_each_init_runs_once() -> None:
 def test_an_unknown_parameter_is_refused() -> None:
     with pytest.raises(UnknownFieldError, match="Did you mean 'track'"):
         combine(Mobile, Still)("m", parameters={"trak": 0.1})
+
+
+def test_a_port_of_a_robot_in_another_agent() -> None:
+    """Its range depends on the robot's parameters; the other agent has none."""
+
+    class Copy(Process):
+        options = Settings(gain=length())
+        read = In(Woodbot.command)
+        made = Out(Woodbot.command)
+        inherited = In(Create2.command)
+        place = Out(Create2.state)
+
+    agent = Copy("copy")
+    agent.prepare()
+    for value in (agent.read, agent.made):
+        assert value.schema["wheel/left"].range == (-7.3, 7.3)
+    top = agent.inherited.schema["wheel/left"].range[1]
+    assert top == pytest.approx(0.5 / 0.036)  # m/s, m: Create 2's own, by its wheels
+    assert Create2.command is Create2.command
+    assert Create2.command is not Woodbot.command
+    assert "heading" in agent.place
+
+
+def test_a_port_whose_robot_leaves_its_parameters_to_others() -> None:
+    from rems_net.robots.differential import Differential
+
+    class Watch(Process):
+        wheels = In(Differential.command)
+
+    with pytest.raises(SchemaError) as found:
+        Watch("watch").prepare()
+    assert str(found.value) == (
+        "Watch.wheels takes the schema of Differential.command, which depends on "
+        "parameters that Differential does not have. Name a robot that has them, such "
+        "as In(Woodbot.command). (R0509)"
+    )

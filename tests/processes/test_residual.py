@@ -352,9 +352,10 @@ def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({}, "a residual needs the definition beside which it learns; write options"),
+        ({}, "process/learner needs the definition of the robot that it reads; write"),
         ({"definition": "youbot_arm"}, "the state of a youbot_arm has no 'x'; a resid"),
         ({"definition": "woodbot", "parameters": "track"}, "parameters = 'track' cann"),
+        ({"definition": "woodbot", "parameters": "a.toml"}, "There is no file a.toml"),
     ],
 )
 def test_what_cannot_be_learned_is_refused(

@@ -20,7 +20,8 @@ void body_default(struct body *body)
     const struct servo servo = {0, 45, WOODBOT_MAX_WHEEL_SPEED, 0};
 
     *body = (struct body){.servo = {servo, servo},
-                          .arena_radius = WOODBOT_ARENA_RADIUS};
+                          .arena_radius = WOODBOT_ARENA_RADIUS,
+                          .track = WOODBOT_TRACK};
 }
 
 double body_wheel(const struct body *body, enum wheel wheel)
@@ -41,7 +42,7 @@ double body_turning(const struct body *body)
 {
     const double apart = body_wheel(body, WHEEL_RIGHT) - body_wheel(body, WHEEL_LEFT);
 
-    return WOODBOT_WHEEL_RADIUS * apart / WOODBOT_TRACK;
+    return WOODBOT_WHEEL_RADIUS * apart / body->track;
 }
 
 static void step(struct body *body, double dt)

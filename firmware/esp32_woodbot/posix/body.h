@@ -20,6 +20,7 @@ struct body {
     struct servo servo[2];
     double x, y, heading;    /* m, m, rad */
     double arena_radius;     /* m; 0 for none */
+    double track;            /* m between the wheels */
     uint64_t at;             /* us: when it was there */
 };
 

@@ -37,7 +37,7 @@ const struct place library_places[] = {
     PART(servo, pulse),
     WHOLE(body),
     PART(body, servo), PART(body, x), PART(body, y), PART(body, heading),
-    PART(body, arena_radius), PART(body, at),
+    PART(body, arena_radius), PART(body, at), PART(body, track),
     WHOLE(hardware),
     PART(hardware, self), PART(hardware, now), PART(hardware, servo),
     PART(hardware, feed), PART(hardware, lidar), PART(hardware, gyro),

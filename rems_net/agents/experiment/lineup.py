@@ -27,6 +27,7 @@ from rems_net.agents.experiment.checking.settings import (
     count_ticks,
     origin,
     seconds,
+    stated,
 )
 from rems_net.agents.experiment.checking.worlds import (
     fill_worlds,
@@ -153,7 +154,7 @@ class Lineup:
         driver: str | type,
         *,
         command: str | Sequence[str] | None = None,
-        parameters: Options = None,
+        parameters: Options | Path | str = None,
         options: Options = None,
         initial: Options = None,
         every: int = 1,
@@ -168,7 +169,8 @@ class Lineup:
 
         command: its writer ("input/keys"), or several of which each writes fields of
         its own (["input/base", "process/arm"]); without it, any program may put a
-        command at its key. parameters are of the definition, options of the driver;
+        command at its key. parameters are of the definition, or the name of a file that
+        `rems identify --out` has written; options are of the driver;
         initial is the state it starts in. rules make its command of what is read: each
         is a function with @rule above it, or its name ("lab.py:arrows_to_wheels").
         Robots of one host share a process; robots of
@@ -179,9 +181,9 @@ class Lineup:
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
-            check_mapping(parameters, "parameters")
-            check_mapping(options, "options")
-            check_mapping(initial, "initial")
+            parameters = stated(parameters, classes[0], self.folder)
+            for word, given in (("options", options), ("initial", initial)):
+                check_mapping(given, word)
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}
@@ -192,7 +194,7 @@ class Lineup:
                 name,
                 classes,
                 options=options or {},
-                parameters=parameters or {},
+                parameters=parameters,
                 initial=initial or {},
                 sources=sources,
                 folder=self.folder,
@@ -289,8 +291,6 @@ class Lineup:
         """Return how many ticks the experiment lasts."""
         ends = [a.end for a in agents.values() if isinstance(a, Input) and a.end]
         return count_ticks(self.duration, self.dt, ends)
-
-    # -- where they live ---------------------------------------------------------
 
     def by_host(self) -> dict[str, list[Plan]]:
         """Return the plans of each process, by the name of their host."""

@@ -3,17 +3,19 @@
 `value["*/velocity"]`, `value["**/position"]`; `paths.py` explains the marks.
 """
 
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
 
+from rems_net.defdict.fields.field import Field
 from rems_net.defdict.trees.paths import matching
 from rems_net.defdict.trees.tree import Tree
+from rems_net.defdict.values.arithmetic import Arithmetic
 from rems_net.errors import FieldValueError, FixedKeysError
 
 
-class GlobView(MutableMapping[str, Any]):
+class GlobView(MutableMapping[str, Any], Arithmetic):
     """A live view on the fields that a glob selects: path to value."""
 
     __slots__ = ("_glob", "_paths", "_tree", "_value")
@@ -69,8 +71,29 @@ class GlobView(MutableMapping[str, Any]):
 
     def to_array(self) -> np.ndarray[Any, Any]:
         """Return the selected numbers as a vector."""
-        parts = [np.ravel(np.asarray(x, dtype=np.float64)) for x in self.values()]
+        parts = []
+        for path, field, leaf in self._named()[1]:
+            if not (field.numeric or field.dtype == "bool"):
+                raise FieldValueError(
+                    f"{self._tree.name}: {path!r} is {field.dtype}, not a number; "
+                    "select numbers only. (R0109)"
+                )
+            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
         return np.concatenate(parts)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        """Return the selected numbers, for `np.asarray(value["wheel/*"])`."""
+        if copy is False:
+            raise ValueError(
+                f"the numbers of {self._tree.name} are copied into an array; leave "
+                "out copy=False. (R0109)"
+            )
+        return self.to_array().astype(dtype or np.float64)
+
+    def _named(self) -> tuple[str, Iterable[tuple[str, Field, Any]]]:
+        fields = dict(self._tree.rows())
+        rows = ((path, fields[path], self._value[path]) for path in self._paths)
+        return f"{self._tree.name}: {self._glob!r}", rows
 
     def __repr__(self) -> str:
         inside = ", ".join(f"{path}={value!r}" for path, value in self.items())

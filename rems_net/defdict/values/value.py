@@ -24,6 +24,7 @@ from rems_net.defdict.fields.kind import Kind
 from rems_net.defdict.fields.words import is_quantity, show
 from rems_net.defdict.trees.paths import matching
 from rems_net.defdict.trees.tree import Tree
+from rems_net.defdict.values.arithmetic import Arithmetic
 from rems_net.defdict.values.mapping import FixedMapping
 from rems_net.errors import FieldValueError, UnknownAttributeError, UnknownFieldError
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from rems_net.defdict.schema import Schema
 
 
-class DefDict(FixedMapping):
+class DefDict(FixedMapping, Arithmetic):
     """Live values of one schema. Made by calling the schema, never directly."""
 
     __slots__ = ()
@@ -204,6 +205,9 @@ class DefDict(FixedMapping):
     def _rows(self) -> list[tuple[str, Field, Any]]:
         schema = self._schema
         return list(zip(schema.paths, schema.fields, self.leaves(), strict=True))
+
+    def _named(self) -> tuple[str, Iterable[tuple[str, Field, Any]]]:
+        return self._place(), self._rows()
 
     def _field(self, path: str) -> Field:
         found = self._schema[path]

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rems_net.cli.board.calibrate import Bench
+import rems_net
+from rems_net.cli.board.bench import Bench
+from rems_net.cli.board.calibrate import calibrate
 from rems_net.client import join
 from rems_net.errors import FabricError
-from rems_net.firmware.calibration import Servo
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until
 from tests.commands import command, finished
@@ -24,13 +27,16 @@ from tests.commands import inside as rems
 from tests.firmware.emulated.scene import Serve, compiled
 
 #: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]
+#: m. Distance between its wheels, where its definition has 0.1126.
+TRACK = 0.1
 TRUE = ((20.0, 45.0, 6.9), (-15.0, 30.0, 7.2))
 
 
 @pytest.fixture
-def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedRobot]:
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedRobot]:
     """A Woodbot on an open fabric that knows nothing of its servos."""
     compiled()
+    monkeypatch.chdir(tmp_path)  # it keeps a recording
     with Serve() as serve:
         monkeypatch.setenv("REMS_ROUTER", serve.endpoint)
         settings = {"name": "woodbot-7", "router": serve.endpoint}
@@ -38,6 +44,7 @@ def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedRobot]:
         robot = EmulatedRobot(settings | unknown)
         for servo, true in zip(robot._model.body.servo, TRUE, strict=True):
             servo.trim, servo.dead_band, servo.top_speed = true
+        robot._model.body.track = TRACK
         motors = Motors([robot])
         robot.start()
         motors.start()
@@ -69,14 +76,24 @@ def check(found: dict[str, str]) -> None:
         assert float(found[f"{side}_top_speed"]) == pytest.approx(top, rel=0.04)
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(240)
 def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
-    done = finished(command("board", "calibrate", "woodbot-7"), seconds=110)
+    done = finished(command("board", "calibrate", "woodbot-7"), seconds=170)
     assert (done.returncode, done.stderr) == (0, "")
     assert "left " in done.stdout
     assert "robot/woodbot-7 has stored it." in done.stdout
-    assert all(len(line) <= 80 for line in done.stdout.splitlines())
     check(stored())
+    # The track that it measures, with an interval; a last drive; a recording.
+    track, half = map(
+        float, re.findall(r"track: ([\d.]+) ± ([\d.]+) mm", done.stdout)[0]
+    )
+    assert track == pytest.approx(1000 * TRACK, rel=0.02)
+    assert 0.0 < half < 5.0
+    assert "A last drive, which was not used: it went" in done.stdout
+    assert "\nIt goes where it should.\n" in done.stdout
+    kept = rems_net.read("runs/calibrate-woodbot-7")["woodbot-7"]
+    assert len(kept.seconds()) > 500
+    assert max(kept.plain("sensors/gyro/z")) > 1.0
     # Whoever reads no number from his ruler has changed nothing.
     before = stored()
     done = rems("board", "calibrate", "woodbot-7", "--ruler", typed="far\n")
@@ -90,9 +107,9 @@ class Ruled(Bench):
     body: Any
     went = 0.0
 
-    def _go(self, servos: dict[str, Servo], way: float) -> float:
+    def go(self, speed: float, way: float) -> float:
         x, y = self.body.x, self.body.y
-        believed = super()._go(servos, way)
+        believed = super().go(speed, way)
         self.went = math.hypot(self.body.x - x, self.body.y - y)
         return believed
 
@@ -103,8 +120,10 @@ def test_by_a_ruler(robot: EmulatedRobot) -> None:
     with join() as fabric:
         bench = Ruled("woodbot-7", fabric.robot("woodbot-7"))
         bench.body = robot._model.body
-        bench.calibrate(bench.servos(), lambda: bench.went)
+        found = calibrate(bench, bench.servos(), lambda: bench.went)
     check(stored())
+    assert found.track == pytest.approx(TRACK, rel=0.02)
+    assert found.last.good
 
 
 def test_what_stands_in_its_way(robot: EmulatedRobot) -> None:

@@ -12,6 +12,7 @@ from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.rules import check_rules
 from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
+from rems_net.recordings.parameters.identified import parameters_for
 from rems_net.router.keys import check_name
 
 
@@ -132,6 +133,19 @@ def check_mapping(value: object, what: str) -> None:
             f'{what} is {value!r:.60}; expected such as {what}={{"track": "0.1 m"}}.'
             " (R0408)"
         )
+
+
+def stated(
+    given: Mapping[str, Any] | Path | str | None, definition: type, folder: Path
+) -> Mapping[str, Any]:
+    """Return a robot's parameters; of the name of a file, those that were identified.
+
+    folder: the base of the name. Raises ExperimentError.
+    """
+    if isinstance(given, str | Path):
+        return parameters_for(folder / given, definition)
+    check_mapping(given, "parameters")
+    return given or {}
 
 
 def check_sources(sources: Mapping[str, object]) -> None:

@@ -1,0 +1,1 @@
+"""Parameters of robots that recordings have shown, in files."""
