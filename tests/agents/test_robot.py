@@ -19,6 +19,7 @@ from rems_net import (
 )
 from rems_net.agents.robot import combine
 from rems_net.defdict import DefDict, angle, angular_velocity, length, velocity
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 
 
@@ -174,8 +175,8 @@ def test_a_port_of_a_robot_in_another_agent() -> None:
     agent = Copy("copy")
     agent.prepare()
     for value in (agent.read, agent.made):
-        assert value.schema["wheel/left"].range == (-7.3, 7.3)
-    top = agent.inherited.schema["wheel/left"].range[1]
+        assert limits(value.schema)["wheel/left"] == 7.3
+    top = limits(agent.inherited.schema)["wheel/left"]
     assert top == pytest.approx(0.5 / 0.036)  # m/s, m: Create 2's own, by its wheels
     assert Create2.command is Create2.command
     assert Create2.command is not Woodbot.command
