@@ -88,7 +88,7 @@ def bare(given: Drive) -> list[float]:
     def off(theta: Floats, starts: Floats) -> Floats:
         pose, found = starts, [starts]
         for i in range(parts.steps.shape[1]):
-            left, right = (column[:, i] for column in parts.command.values())
+            left, right = (c[parts.rows[:, i]] for c in given.command.values())
             h = parts.steps[:, i]
             k = rates(pose, left, right, *theta)
             middle = rates(pose + k * h / 2, left, right, *theta)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -30,24 +31,45 @@ class Drive:
     command: by field, (n,), the command that acted until this row's time, as a share
     of the field's limit, or in its own unit if it has none
     state: by field, (n,), in the unit of the schema; only fields that were recorded
+    past: what was commanded before, whose effect lasts
     """
 
     name: str
     time: Floats
     command: dict[str, Floats] = field(repr=False)
     state: dict[str, Floats] = field(repr=False)
+    past: Drive | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.time)
 
     def part(self, rows: slice) -> Drive:
-        """Return some of its rows."""
+        """Return some of its rows, which follow each other."""
+        first = rows.start or 0
         return Drive(
             self.name,
             self.time[rows],
             {path: values[rows] for path, values in self.command.items()},
             {path: values[rows] for path, values in self.state.items()},
+            self.part(slice(0, first)) if first else self.past,
         )
+
+
+def without(drives: Sequence[Drive], out: Sequence[tuple[int, int]]) -> list[Drive]:
+    """Return what is left of drives without these rows; each part is a drive.
+
+    out: first and last row, among the rows of all drives
+    """
+    left, first = [], 0
+    for drive in drives:
+        begin, end = 0, first + len(drive)
+        for low, high in out:
+            if first <= low < end:
+                left.append(drive.part(slice(begin, low - first)))
+                begin = high + 1 - first
+        left.append(drive.part(slice(begin, len(drive))) if begin else drive)
+        first = end
+    return [drive for drive in left if len(drive) >= LEAST]
 
 
 def settled(columns: Columns) -> NDArray[np.intp]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.identification.drive import Drive, Floats
+from rems_net.identification.intervals import sandwich, student
 from rems_net.identification.prediction import Predictor, Segments, cut
 
 #: s. Length of a segment.
@@ -28,6 +29,14 @@ JOLT = 5.0
 #: Share of the error that a step of the search must take away: while weights still
 #: change, and at the end.
 ROUGH, FINAL = 1e-2, 1e-6
+#: Share of the predicted way. A robot that goes less far stood.
+STOOD = 0.2
+#: Spread of a field that does not move, as a share of the largest one.
+STILL = 1e-2
+#: Least error of a field, as a share of the largest one; both as shares of the spread.
+MUTE = 0.1
+#: Share of all effects. A direction with less is not followed.
+BLIND = 1e-9
 #: An error of a field below this share of its spread is a rounding error.
 EXACT = 1e-6
 
@@ -40,6 +49,10 @@ class Fit:
     half: by name, half the width of the 95 % interval, in the same unit
     error: by field, RMS of short predictions against readings, in the field's unit
     segments: number that counted      jolts: times [s] of those that were left out
+    out: their first and last row, among the rows of all drives
+    stood: times [s] of those in which the robot stood, but was commanded to go
+    begin, late: of each that counted, its time [s], and by how much [s] its readings
+    are later than the prediction
     blind: relative effect of each direction that the recording does not show
     """
 
@@ -48,6 +61,10 @@ class Fit:
     error: dict[str, float] = field(default_factory=dict)
     segments: int = 0
     jolts: list[float] = field(default_factory=list)
+    out: list[tuple[int, int]] = field(default_factory=list)
+    stood: list[float] = field(default_factory=list)
+    begin: list[float] = field(default_factory=list)
+    late: list[float] = field(default_factory=list)
     blind: list[dict[str, float]] = field(default_factory=list)
 
 
@@ -56,88 +73,95 @@ def fit(
     drives: Sequence[Drive],
     begin: Mapping[str, float],
     ranges: Mapping[str, tuple[float, float]],
+    *,
+    sure: bool = True,
 ) -> Fit:
     """Fit the parameters in `begin` to these drives.
 
     begin: values to begin with      ranges: least and most of each, inclusive
+    sure: whether to find intervals, which takes a third of the time
     """
     segments = cut(drives, SEGMENT)
-    problem = Problem(predictor, segments, list(begin))
+    problem = Problem(predictor, segments, {name: ranges[name] for name in begin})
     theta = np.array([*begin.values()], float)
-    low = np.array([ranges[name][0] for name in begin])
-    high = np.array([ranges[name][1] for name in begin])
-    scale = np.maximum(np.abs(theta), 1e-3 * np.minimum(high - low, 1e3))
+    scale = problem.scales(theta)
     keep = np.ones(len(segments))
     for last in (False, False, True):  # weights from the errors of the pass before
-        theta = problem.solve(theta, low, high, scale, keep, ROUGH)
+        theta = problem.solve(theta, scale, keep, ROUGH)
         keep = problem.weigh(theta, hard=last)
-    theta = problem.solve(theta, low, high, scale, keep, FINAL)
-    return problem.report(theta, scale, keep > 0)
+    theta = problem.solve(theta, scale, keep, FINAL)
+    return problem.report(theta, scale, keep > 0, sure=sure)
 
 
 class Problem:
-    """The equations of a fit: errors of the predictions, and their slopes."""
+    """The equations of a fit: errors of the predictions, and their slopes.
 
-    def __init__(self, predictor: Predictor, segments: Segments, names: list[str]):
-        self.predictor, self.segments, self.names = predictor, segments, names
+    ranges: least and most of each parameter, inclusive
+    """
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        segments: Segments,
+        ranges: Mapping[str, tuple[float, float]],
+    ):
+        self.predictor, self.segments, self.names = predictor, segments, list(ranges)
+        self.low = np.array([low for low, _ in ranges.values()])
+        self.high = np.array([high for _, high in ranges.values()])
         self.fields = list(segments.read)
         self.read = np.array([*segments.read.values()])  # (m, S, L + 1)
         self.starts = self.read[:, :, 0].copy()
         self.sigma = np.ones(len(self.fields))
-        self.sigma *= self.read.std(axis=2).mean(axis=1) + 1e-9
+        spread = self.read.std(axis=2).mean(axis=1) + 1e-9
+        self.sigma *= np.maximum(spread, STILL * spread.max())
         self._scales = self.sigma.copy()
 
-    def predict(self, theta: Floats, starts: Floats) -> Floats:
-        """Return weighted errors (S, R) of the predictions from these starts (m, S)."""
-        return self._shape(self._off(theta, starts))
+    def scales(self, theta: Floats) -> Floats:
+        """Return the size of each parameter."""
+        widths = np.minimum(self.high - self.low, 1e3)
+        found: Floats = np.maximum(np.abs(theta), 1e-3 * widths)
+        return found
 
-    def _off(self, theta: Floats, starts: Floats, times: int = 1) -> Floats:
-        segments = self.segments
-        if times > 1:
-            segments = Segments(
-                np.tile(segments.begin, times),
-                np.tile(segments.steps, (times, 1)),
-                {p: np.tile(c, (times, 1)) for p, c in segments.command.items()},
-                {p: np.tile(c, (times, 1)) for p, c in segments.read.items()},
-                np.tile(segments.weight, (times, 1)),
-            )
-        by_field = dict(zip(self.fields, starts, strict=True))
-        values = dict(zip(self.names, theta.tolist(), strict=True))
-        found = self.predictor(segments, by_field, values)
-        off: Floats = found - np.tile(self.read, (1, times, 1))
+    def _off(self, theta: Floats, starts: Floats) -> Floats:
+        """Return the errors (m, K, S, L + 1) of K predictions.
+
+        theta: (K, p)      starts: (m, K, S)
+        """
+        values = dict(zip(self.names, theta.T, strict=True))
+        found = self.predictor.many(self.segments, starts, values)
+        off: Floats = found - self.read[:, None]
         return off
 
     def _shape(self, off: Floats) -> Floats:
-        times = off.shape[1] // len(self.segments)
-        weight = np.tile(self.segments.weight, (times, 1))
-        off = off * weight[None] / self.sigma[:, None, None]
-        rows: Floats = off.transpose(1, 2, 0).reshape(off.shape[1], -1)
+        """Return weighted errors (K, S, R)."""
+        off = off * self.segments.weight / self.sigma[:, None, None, None]
+        rows: Floats = off.transpose(1, 2, 3, 0).reshape(*off.shape[1:3], -1)
         return rows
 
     def slopes(self, theta: Floats, scale: Floats) -> tuple[Floats, Floats, Floats]:
         """Return errors (S, R), and slopes by theta and start: (S, R, p), (S, R, m)."""
-        m, s = self.starts.shape
-        nudged = np.tile(self.starts, (1, m + 1))
+        m, p = len(self.starts), len(theta)
+        starts = np.repeat(self.starts[:, None], 1 + m + p, axis=1)
+        nudged = np.repeat(theta[None], 1 + m + p, axis=0)
         by = 1e-4 * self._scales
+        side = np.where(theta + NUDGE * scale > self.high, -NUDGE, NUDGE)
         for i in range(m):
-            nudged[i, s * (i + 1) : s * (i + 2)] += by[i]
-        rows = self._shape(self._off(theta, nudged, m + 1)).reshape(m + 1, s, -1)
+            starts[i, 1 + i] += by[i]
+        for i in range(p):
+            nudged[1 + m + i, i] += side[i] * scale[i]
+        rows = self._shape(self._off(nudged, starts))
         r = rows[0]
-        of_start = ((rows[1:] - r) / by[:, None, None]).transpose(1, 2, 0)
-        columns = []
-        for i in range(len(theta)):
-            moved = theta.copy()
-            side = NUDGE
-            moved[i] += side * scale[i]
-            columns.append((self.predict(moved, self.starts) - r) / side)
-        of_theta = np.stack(columns, axis=2) if columns else np.zeros((*r.shape, 0))
+        of_start = ((rows[1 : 1 + m] - r) / by[:, None, None]).transpose(1, 2, 0)
+        of_theta = ((rows[1 + m :] - r) / side[:, None, None]).transpose(1, 2, 0)
         return r, of_theta, of_start
+
+    def here(self, theta: Floats) -> Floats:
+        """Return the errors (m, S, L + 1) of the predictions with these parameters."""
+        return self._off(theta[None], self.starts[:, None])[:, 0]
 
     def solve(
         self,
         theta: Floats,
-        low: Floats,
-        high: Floats,
         scale: Floats,
         keep: Floats,
         least: float,
@@ -155,9 +179,14 @@ class Problem:
             rest = r - (q @ (q.transpose(0, 2, 1) @ r[..., None]))[..., 0]
             a = np.einsum("s,srp,srq->pq", keep, free, free)
             g = np.einsum("s,srp,sr->p", keep, free, rest)
-            damped = a + damping * np.diag(np.diag(a) + 1e-12 * (np.trace(a) + 1e-300))
-            step = -np.linalg.lstsq(damped, g, rcond=1e-12)[0] if len(g) else g
-            new = np.clip(theta + step * scale, low, high)
+            # A direction that does not show stays.
+            ridge = BLIND * (np.trace(a) + 1e-300) * np.eye(len(g))
+            damped = a + damping * np.diag(np.diag(a)) + ridge
+            # What would leave its range stays at the end of it.
+            inside = ~((theta <= self.low) & (g > 0) | (theta >= self.high) & (g < 0))
+            step = np.zeros(len(g))
+            step[inside] = -np.linalg.solve(damped[np.ix_(inside, inside)], g[inside])
+            new = np.clip(theta + step * scale, self.low, self.high)
             went = (new - theta) / scale
             push = r + of_theta @ went
             moved = -np.linalg.solve(
@@ -188,7 +217,7 @@ class Problem:
         parameters towards it; hard: it does not count at all.
         """
         count = self.segments.weight.sum(axis=1)
-        off = self._off(theta, self.starts) * self.segments.weight[None]
+        off = self.here(theta) * self.segments.weight
         each = (off**2).sum(axis=2) / count  # (m, S)
         floor = EXACT * self._scales
         usual = np.maximum(np.median(each, axis=1), floor**2)
@@ -197,32 +226,68 @@ class Problem:
         if kept.sum() < max(3, len(kept) // 2):
             kept = np.ones(len(kept), bool)
         total = (each[:, kept] * count[kept]).sum(axis=1) / count[kept].sum()
-        self.sigma = np.maximum(np.sqrt(total), floor)
+        shares = np.sqrt(total) / self._scales  # none counts for all others
+        shares = np.maximum(shares, max(EXACT, MUTE * float(shares.max())))
+        self.sigma = shares * self._scales
         # Of a model that fits, rounding errors are no jolts.
         if not (self.sigma > floor).any():
             return np.ones(len(kept))
         weight: Floats = kept.astype(float) if hard else 1 / (1 + (share / 2) ** 2)
         return weight
 
-    def report(self, theta: Floats, scale: Floats, keep: Any) -> Fit:
+    def report(self, theta: Floats, scale: Floats, keep: Any, *, sure: bool) -> Fit:
         """Return the fit with intervals."""
         r, of_theta, of_start = self.slopes(theta, scale)
         q, _ = np.linalg.qr(of_start)
         free = (of_theta - q @ (q.transpose(0, 2, 1) @ of_theta))[keep]
         rest = (r - (q @ (q.transpose(0, 2, 1) @ r[..., None]))[..., 0])[keep]
-        off = self._off(theta, self.starts)[:, keep]
+        off = self.here(theta)
+        late = self._late(off, q)[keep]
+        stood = self._stood(off) & ~keep
+        off = off[:, keep]
         weight = self.segments.weight[keep]
         rms = np.sqrt((off**2 * weight).sum(axis=(1, 2)) / weight.sum())
         values = dict(zip(self.names, theta.tolist(), strict=True))
         jolts = self.segments.begin[~keep].tolist()
         found = Fit(values, segments=int(keep.sum()), jolts=jolts)
         found.error = dict(zip(self.fields, rms.tolist(), strict=True))
-        if len(theta):
+        found.out = [self._rows(i) for i in np.flatnonzero(~keep).tolist()]
+        found.stood = self.segments.begin[stood].tolist()
+        found.begin, found.late = self.segments.begin[keep].tolist(), late.tolist()
+        if sure and len(theta):
             self._intervals(found, free, rest, scale)
         return found
 
+    def _rows(self, i: int) -> tuple[int, int]:
+        """Return the first and the last row of a segment, among those of all drives."""
+        rows = self.segments.rows[i][self.segments.weight[i, 1:] > 0]
+        return int(rows[0]) - 1, int(rows[-1])
+
+    def _stood(self, off: Floats) -> Floats:
+        """Return whether the robot stood in a segment and was predicted to go, (S,)."""
+        apart = max(1, self.read.shape[2] // 4)
+        ways = []
+        for values in (self.read, self.read + off):
+            way = np.abs(values[:, :, apart:] - values[:, :, :-apart])
+            way = (way / self._scales[:, None, None]).sum(axis=0)
+            ways.append(np.median(way, axis=1))
+        stood: Floats = ways[0] < STOOD * ways[1]
+        return stood
+
+    def _late(self, off: Floats, q: Floats) -> Floats:
+        """Return by how many seconds readings are later than predicted, (S,).
+
+        q: the effects (S, R, m) of the starts, which are eliminated
+        """
+        step = self.segments.steps.max()
+        moves = np.gradient(self.read + off, axis=2) / step
+        shifts, r = self._shape(moves[:, None])[0], self._shape(off[:, None])[0]
+        shifts -= (q @ (q.transpose(0, 2, 1) @ shifts[..., None]))[..., 0]
+        size = (shifts**2).sum(axis=1)
+        late: Floats = (shifts * r).sum(axis=1) / (size + 1e-300)
+        return late
+
     def _intervals(self, found: Fit, free: Floats, rest: Floats, scale: Floats) -> None:
-        s, p = len(free), free.shape[2]
         a = np.einsum("srp,srq->pq", free, free)
         sizes, ways = np.linalg.eigh(a)
         for size, way in zip(sizes, ways.T, strict=True):
@@ -236,19 +301,7 @@ class Problem:
                     }
                 )
         inverse = np.linalg.pinv(a, rcond=1e-10)
-        pushes = np.einsum("srp,sr->sp", free, rest)
-        spread = inverse @ (pushes.T @ pushes) @ inverse * s / max(s - p, 1)
-        wide = student(max(s - p, 1)) * np.sqrt(np.maximum(np.diag(spread), 0)) * scale
+        spread, freedom = sandwich(free, rest, inverse)
+        points = np.array([student(one) for one in freedom])
+        wide = points * np.sqrt(spread) * scale
         found.half = dict(zip(self.names, wide.tolist(), strict=True))
-
-
-def student(freedom: int) -> float:
-    """Return the 97.5 % point of Student's t, by Cornish and Fisher's expansion."""
-    known = {1: 12.706, 2: 4.303, 3: 3.182}
-    z, n = 1.959964, float(freedom)
-    terms = (
-        (z**3 + z) / (4 * n),
-        (5 * z**5 + 16 * z**3 + 3 * z) / (96 * n**2),
-        (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * n**3),
-    )
-    return known.get(freedom, z + sum(terms))

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from rems_net.agents.robot import Definition
+from rems_net.bodies.actuators import GROUP
 from rems_net.errors import ExperimentError, nearest, some
-from rems_net.identification.drive import Drive
+from rems_net.identification.drive import Drive, without
+from rems_net.identification.faults import check_clocks, check_motion, describe_jolts
 from rems_net.identification.fit import SEGMENT, Fit, fit
-from rems_net.identification.prediction import Predictor, cut, made
+from rems_net.identification.prediction import Predictor, cut, made, whole
 from rems_net.identification.result import Identified, Parameter
 
 #: Share of the error on an unseen part that a parameter must take away.
@@ -24,6 +26,11 @@ GAIN = 0.02
 ROUND = 1e-9
 #: Share of the error that is left if the recording is itself such a model.
 MODEL = 0.1
+#: A gain is the share of a top speed, and shows only as the product with it.
+GAINS = f"{GROUP}/gain/"
+#: s, s, share. Where the search begins if these parameters are 0: there, a lag cannot
+#: be told from a delay.
+BEGIN = {f"{GROUP}/lag": 0.06, f"{GROUP}/delay": 0.03, f"{GROUP}/dead_band": 0.03}
 #: Share of a parameter whose effect on the predictions is looked for.
 CHANGE = 0.02
 #: Share of a field's usual error that this change must cause to count as an effect.
@@ -56,9 +63,13 @@ class _Search:
         parameters: Mapping[str, Any],
         check: Sequence[Drive],
     ):
-        self.drives, self.check = list(drives), list(check)
+        self.given = self.drives = list(drives)
+        self.check = list(check)
         self.robot = robot = made(definition, parameters)
         self.notes: list[str] = []
+        #: values to begin a search with: those of a fit of all parameters
+        self.near: dict[str, float] = {}
+        self._fits: dict[tuple[object, ...], Fit] = {}
         self.units = {p: one.unit for p, one in robot.state.schema.rows()}
         self.numbers = {
             path: one
@@ -71,7 +82,7 @@ class _Search:
             for name, one in self.numbers.items()
         }
         self.predictor = Predictor(definition, parameters)
-        self._check_motion()
+        check_motion(self.predictor, self.drives)
 
     def result(self, names: Sequence[str]) -> Identified:
         """Return the parameters that the unseen parts confirm."""
@@ -89,12 +100,14 @@ class _Search:
                 "these recordings show; drive farther, and in curves. (R0860)"
             )
         self._find_model(tried)
+        self._leave_out_jolts(tried)
         tried, blind = self._visible(tried)
+        every = self._fit(self.drives, tried)
+        check_clocks(every)
+        self.near = every.values
         self.plain = before = self._unseen([])
         adopted, after = self._adopt(tried)
         best = self._fit(self.drives, adopted)
-        every = self._fit(self.drives, tried)
-        self._tell_jolts(best)
         found = []
         for name in [*tried, *blind, *(idle if names else ())]:
             took = best if name in adopted else every
@@ -102,6 +115,8 @@ class _Search:
             why = blind.get(name, idle.get(name, ""))
             one = Parameter(name, self.numbers[name].unit, self.now[name], value)
             one.half = took.half.get(name, 0.0)
+            if not (why or name in adopted) and self._doubtful(name, took):
+                why = "its interval holds this value"
             if not why and name not in adopted:
                 why = "the unseen part is not predicted better with it"
             elif not why and one.text(one.value) == one.text(one.before):
@@ -110,7 +125,7 @@ class _Search:
             found.append(one)
         parts = [part for parts, _ in self._folds() for part in parts]
         seconds = float(np.mean([part.time[-1] - part.time[0] for part in parts]))
-        first = self.drives[0]
+        first = self.given[0]
         return Identified(
             first.name,
             len(first),
@@ -127,37 +142,10 @@ class _Search:
 
     # -- what the recordings show --------------------------------------------------
 
-    def _check_motion(self) -> None:
-        """Raise ExperimentError if nothing moves, or moves the wrong way."""
-        went: dict[str, list[Any]] = {}
-        for drive in self.drives:
-            segments = cut([drive], drive.time[-1] - drive.time[0])
-            starts = {p: read[:, 0] for p, read in segments.read.items()}
-            off = self.predictor(segments, starts, {})
-            for path, rows in zip(segments.read, off, strict=True):
-                pair = went.setdefault(path, [[], []])
-                pair[0].extend(np.diff(rows[0]))
-                pair[1].extend(np.diff(segments.read[path][0]))
-        if not any(np.abs(real).max() > 0 for _, real in went.values()):
-            which = ", ".join(drive.name for drive in self.drives)
-            raise ExperimentError(
-                f"nothing moves in the recording of {which}. Record a drive in curves "
-                "of both directions, with pauses. (R0860)"
-            )
-        for path in ("heading", *went):
-            model, real = map(np.array, went.get(path, ([], [])))
-            size = float(np.sqrt((model**2).sum() * (real**2).sum()))
-            if path == "heading" and size and float((model * real).sum()) < -0.7 * size:
-                raise ExperimentError(
-                    f"{path!r} turns the other way than its command. Exchange "
-                    "the left and the right motor, or turn the sign of what measures "
-                    f"{path!r}; a wrong sign is not fitted. (R0864)"
-                )
-
     def _effective(self, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
         """Return the names with an effect, and why the others have none."""
         segments = cut(self.drives, SEGMENT)
-        starts = {p: read[:, 0] for p, read in segments.read.items()}
+        starts = segments.starts()
         plain = self.predictor(segments, starts, {})
         usual = np.sqrt(
             ((plain - np.array([*segments.read.values()])) ** 2).mean(axis=(1, 2))
@@ -183,16 +171,19 @@ class _Search:
 
     def _find_model(self, names: Sequence[str]) -> None:
         """Find out whether a model was recorded that makes one step of Euler a row."""
-        fine = self._fit(self.drives, names)
-        self.predictor.euler = True
-        coarse = self._fit(self.drives, names)
-        if all(coarse.error[p] <= MODEL * fine.error[p] + 1e-12 for p in fine.error):
-            self.notes.append(
-                "this is the recording of a model: each row is one step of Euler's "
-                "rule, and is predicted so"
-            )
-        else:
+        instant = [name for name in names if GROUP not in name]
+        for part in (instant, names):
             self.predictor.euler = False
+            fine = self._fit(self.drives, part).error
+            self.predictor.euler = True
+            coarse = self._fit(self.drives, part).error
+            if all(coarse[p] <= MODEL * fine[p] + 1e-12 for p in fine):
+                self.notes.append(
+                    "this is the recording of a model: each row is one step of Euler's "
+                    "rule, and is predicted so"
+                )
+                return
+        self.predictor.euler = False
 
     def _visible(self, names: list[str]) -> tuple[list[str], dict[str, str]]:
         """Return the names that can be separated, and why the others cannot."""
@@ -201,9 +192,10 @@ class _Search:
             ways = self._fit(self.drives, names).blind
             if not ways:
                 break
-            way = max(ways, key=len)
-            mixed = sorted(way, key=names.index)
-            out = mixed[0]
+            # A gain shows only beside another one, or beside the top speed.
+            longest = max(ways, key=lambda way: len(way))
+            mixed = sorted(longest, key=names.index)
+            out = next((name for name in mixed if GAINS in name), mixed[0])
             names.remove(out)
             rest = " and ".join(name for name in mixed if name != out)
             blind[out] = (
@@ -213,14 +205,17 @@ class _Search:
             )
         return names, blind
 
-    def _tell_jolts(self, found: Fit) -> None:
-        if found.jolts:
-            when = ", ".join(f"{t:.0f}" for t in found.jolts[:5])
-            self.notes.append(
-                f"{len(found.jolts)} of {found.segments + len(found.jolts)} segments "
-                f"do not fit and are left out (from {when} s): a jolt, a wall, or "
-                "somebody has lifted the robot"
-            )
+    def _leave_out_jolts(self, names: Sequence[str]) -> None:
+        """Leave out what does not fit, and split the rest into two parts."""
+        found = self._fit(self.drives, names)
+        left = without(self.drives, found.out)
+        if found.jolts and left:
+            self.notes.append(describe_jolts(found))
+            self.drives = left
+        self.halves = self.drives[::2], self.drives[1::2]
+        if len(self.drives) == 1:
+            (one,), half = self.drives, len(self.drives[0]) // 2
+            self.halves = [one.part(slice(0, half + 1))], [one.part(slice(half, None))]
 
     # -- what the unseen parts confirm ---------------------------------------------
 
@@ -228,32 +223,32 @@ class _Search:
         """Return pairs: drives that are only predicted, and drives to fit."""
         if self.check:
             return [(self.check, self.drives)]
-        halves = [
-            drive.part(rows)
-            for drive in self.drives
-            for rows in (slice(0, len(drive) // 2 + 1), slice(len(drive) // 2, None))
-        ]
-        return [
-            ([one], [other for other in halves if other is not one]) for one in halves
-        ]
+        first, second = self.halves
+        return [(first, second), (second, first)]
 
     def _adopt(self, names: Sequence[str]) -> tuple[list[str], dict[str, float]]:
-        """Return the names that make unseen parts better, one after the other."""
-        adopted: list[str] = []
-        errors = self.plain
-        while rest := [name for name in names if name not in adopted]:
-            tried = {name: self._unseen([*adopted, name]) for name in rest}
-            best = min(rest, key=lambda name: self._size(tried[name]))
-            if self._size(tried[best]) > (1 - GAIN) * self._size(errors):
+        """Return the names without which unseen parts are predicted worse.
+
+        The others are left out one after the other, the most useless first.
+        """
+        kept = list(names)
+        errors = self._unseen(kept)
+        while kept:
+            tried = {n: self._unseen([o for o in kept if o != n]) for n in kept}
+            out = min(kept, key=lambda name: self._size(tried[name]))
+            if self._size(errors) < (1 - GAIN) * self._size(tried[out]):
                 break
-            adopted.append(best)
-            errors = tried[best]
-        together = (
-            self._unseen(list(names)) if len(names) > len(adopted) + 1 else errors
+            kept.remove(out)
+            errors = tried[out]
+        sure = self._fit(self.drives, kept)
+        clear = [name for name in kept if not self._doubtful(name, sure)]
+        return clear, errors if clear == kept else self._unseen(clear)
+
+    def _doubtful(self, name: str, found: Fit) -> bool:
+        """Return whether a motor's fault may be none: its interval holds the value."""
+        return GROUP in name and found.half[name] >= abs(
+            found.values[name] - self.now[name]
         )
-        if self._size(together) < (1 - GAIN) * self._size(errors):
-            return list(names), together
-        return [name for name in names if name in adopted], errors
 
     def _size(self, errors: Mapping[str, float]) -> float:
         """Return one number: the mean error as a share of that with nothing fitted."""
@@ -265,7 +260,7 @@ class _Search:
         total: dict[str, float] = {}
         rows = 0
         for unseen, seen in self._folds():
-            values = self._fit(seen, names).values if names else {}
+            values = self._fit(seen, names, sure=False).values if names else {}
             for drive in unseen:
                 off = self._free(drive, values)
                 for path, errors in off.items():
@@ -275,14 +270,24 @@ class _Search:
 
     def _free(self, drive: Drive, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the errors (n,) of a free run; it starts from the first readings."""
-        segments = cut([drive], drive.time[-1] - drive.time[0])
-        starts = {path: read[:, 0] for path, read in segments.read.items()}
-        run = self.predictor(segments, starts, values)
+        segments = whole(drive)
+        run = self.predictor(segments, segments.starts(), values)
         return {
             path: rows[0] - segments.read[path][0]
             for path, rows in zip(segments.read, run, strict=True)
         }
 
-    def _fit(self, drives: Sequence[Drive], names: Sequence[str]) -> Fit:
-        begin = {name: self.now[name] for name in names}
-        return fit(self.predictor, drives, begin, self.ranges)
+    def _fit(
+        self, drives: Sequence[Drive], names: Sequence[str], *, sure: bool = True
+    ) -> Fit:
+        """Return the fit of these parameters; each is made once.
+
+        sure: with intervals
+        """
+        key = self.predictor.euler, tuple(names), *map(id, drives)
+        if key not in self._fits:
+            begin = {n: self.now[n] or BEGIN.get(n, 0.0) for n in names}
+            begin |= {n: self.near[n] for n in names if n in self.near}
+            found = fit(self.predictor, drives, begin, self.ranges, sure=sure)
+            self._fits[key] = found
+        return self._fits[key]

@@ -82,10 +82,10 @@ class Identified:
         found = {**self.stated, **self.adopted()}
         write_identified(Path(path), self.origin, found, remarks)
 
-    def adopted(self) -> dict[str, str]:
-        """Return the adopted parameters as texts with units, for an experiment."""
+    def adopted(self) -> dict[str, str | float]:
+        """Return the adopted parameters for an experiment: texts with units."""
         return {
-            one.name: f"{one.value:.5g} {one.unit}".strip()
+            one.name: f"{one.value:.5g} {one.unit}" if one.unit else round(one.value, 5)
             for one in self.parameters
             if one.adopted
         }
@@ -122,9 +122,19 @@ class Identified:
         lines += [f"Note: {note}." for note in self.notes]
         lines += map(str, self.noise)
         if taken := self.adopted():
-            words = ", ".join(f'{name} = "{value}"' for name, value in taken.items())
+            words = ", ".join(f"{_key(n)} = {_text(v)}" for n, v in taken.items())
             lines.append("Write this to the robot in the experiment's file:")
             lines.append(f"  parameters = {{ {words} }}")
         else:
             lines.append("The parameters as they are predict best; change nothing.")
         return lines
+
+
+def _key(name: str) -> str:
+    """Return a name as a key of TOML."""
+    return f'"{name}"' if "/" in name else name
+
+
+def _text(value: str | float) -> str:
+    """Return a value as TOML has it."""
+    return f'"{value}"' if isinstance(value, str) else f"{value:g}"

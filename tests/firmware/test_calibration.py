@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rems_net.errors import ExperimentError
 from rems_net.firmware.calibration import Servo, deviations, fit
-from rems_net.identification.fit import student
+from rems_net.identification.intervals import student
 
 SHARES = [sign * share for share in (0.2, 0.35, 0.5) for sign in (1, -1)]
 TOLD = [7.3 * share for share in SHARES]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +13,12 @@ import rems_net
 from rems_net import Definition, Experiment, In, Out, Schema, Settings, Woodbot
 from rems_net.errors import ExperimentError
 from rems_net.identification.drive import Drive
-from rems_net.identification.fit import fit, student
+from rems_net.identification.fit import Fit, fit
 from rems_net.identification.identify import identify
-from rems_net.identification.prediction import Predictor, Segments
+from rems_net.identification.intervals import student
+from rems_net.identification.prediction import Predictor, whole
 from rems_net.units import length, time, velocity
 
-BEGIN = {"track": 0.1126, "max_wheel_speed": 7.3}
-RANGES = {"track": (0.001, 1.0), "max_wheel_speed": (0.01, 100.0)}
 #: m, m, rad. Noise of the planted readings.
 NOISE = np.array([0.0015, 0.0015, np.deg2rad(0.6)])
 SLIP = 0.03
@@ -46,32 +46,61 @@ def planted(
         "track": float(random.uniform(0.09, 0.13)),
         "max_wheel_speed": float(random.uniform(6.5, 8.0)),
     }
+    return driven(true, left, right, random), true
+
+
+def driven(
+    true: dict[str, float],
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+    random: np.random.Generator,
+    stands: slice = slice(0),
+) -> Drive:
+    """Return a drive with these parameters, with slip and noisy readings.
+
+    stands: rows in which the robot stands, although it is commanded to go
+    """
+    rows = len(left)
     slip = 1 + SLIP * random.standard_normal((2, rows))
-    none = {path: np.zeros((1, rows + 1)) for path in ("x", "y", "heading")}
+    slip[:, stands] = 0.0
+    time = np.arange(rows + 1, dtype=np.float64) * 0.1
+    none = {path: np.zeros(rows + 1) for path in ("x", "y", "heading")}
     wheels = {
-        "wheel/left": (left * slip[0])[None],
-        "wheel/right": (right * slip[1])[None],
+        "wheel/left": np.r_[0.0, left * slip[0]],
+        "wheel/right": np.r_[0.0, right * slip[1]],
     }
-    steps, weight = np.full((1, rows), 0.1), np.ones((1, rows + 1))
-    segments = Segments(np.zeros(1), steps, wheels, none, weight)
-    went = PREDICTOR(segments, {}, true)[:, 0]
+    plan = whole(Drive("plan", time, wheels, none))
+    went = PREDICTOR(plan, plan.starts(), true)[:, 0]
     read = went + NOISE[:, None] * random.standard_normal(went.shape)
     shares = {"wheel/left": np.r_[0.0, left], "wheel/right": np.r_[0.0, right]}
-    state = dict(zip(("x", "y", "heading"), read, strict=True))
-    return Drive(
-        "planted", np.arange(rows + 1, dtype=np.float64) * 0.1, shares, state
-    ), true
+    return Drive("planted", time, shares, dict(zip(none, read, strict=True)))
+
+
+#: five parameters: where the search begins, their ranges, and from where true ones are
+FIVE = {
+    "track": (0.1126, (0.001, 1.0), (0.09, 0.13)),
+    "max_wheel_speed": (7.3, (0.01, 100.0), (6.5, 8.0)),
+    "actuation/lag": (0.06, (0.0, 2.0), (0.03, 0.15)),
+    "actuation/delay": (0.03, (0.0, 2.0), (0.02, 0.15)),
+    "actuation/gain/wheel/right": (1.0, (0.0, 2.0), (0.9, 1.1)),
+}
+
+
+def fitted(drive: Drive, names: Mapping[str, Any]) -> Fit:
+    begin = {name: FIVE[name][0] for name in names}
+    return fit(PREDICTOR, [drive], begin, {name: FIVE[name][1] for name in names})
 
 
 def held(seeds: range) -> Mapping[str, int]:
     """Return how many 95 % intervals hold the truth, by parameter."""
-    found = dict.fromkeys(BEGIN, 0)
+    found = dict.fromkeys(FIVE, 0)
     for seed in seeds:
-        drive, true = planted(seed)
-        fitted = fit(PREDICTOR, [drive], BEGIN, RANGES)
-        for name in BEGIN:
-            off = abs(fitted.values[name] - true[name])
-            found[name] += off <= fitted.half[name]
+        random = np.random.default_rng(seed)
+        left, right = keys(random, 100), keys(random, 100)
+        true = {name: random.uniform(*span) for name, (_, _, span) in FIVE.items()}
+        one = fitted(driven(true, left, right, random), FIVE)
+        for name in FIVE:
+            found[name] += abs(one.values[name] - true[name]) <= one.half[name]
     return found
 
 
@@ -114,9 +143,9 @@ def test_a_jolt_costs_one_segment() -> None:
     drive, true = planted(2)
     for path in ("x", "y"):
         drive.state[path][47:] += 0.1  # somebody has pushed it
-    fitted = fit(PREDICTOR, [drive], BEGIN, RANGES)
-    assert fitted.jolts == [pytest.approx(4.2)]
-    for name, value in fitted.values.items():
+    one = fitted(drive, true)
+    assert one.jolts == [pytest.approx(4.2)]
+    for name, value in one.values.items():
         assert abs(value - true[name]) < 0.06 * true[name]
 
 

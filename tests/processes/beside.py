@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from rems_net.processes.residual import Residual
 from tests.identification.test_identify import keys
 
 POSE = ("x", "y", "heading")
-Parameters = dict[str, str]
+Parameters = dict[str, Any]
 
 
 def step_of(drive: Drive) -> float:
@@ -33,7 +35,7 @@ def robot(parameters: Parameters, weights: Path | None = None) -> Kinematic:
 
 def learner(parameters: Parameters, **options: object) -> Residual:
     """Return a process as it is in a run, with the ports of a Woodbot."""
-    words = ", ".join(f'{name} = "{value}"' for name, value in parameters.items())
+    words = ", ".join(f"{name} = {json.dumps(one)}" for name, one in parameters.items())
     given = {"definition": "woodbot", "parameters": words, **options}
     found, like = Residual("learner", options=given), robot(parameters)
     found.prepare()

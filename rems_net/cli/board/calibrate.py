@@ -13,7 +13,7 @@ from rems_net.cli.words import add_at, console, plain_table, warn
 from rems_net.client import join
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.firmware.calibration import Servo, deviations, fit
-from rems_net.identification.fit import student
+from rems_net.identification.intervals import student
 
 EXAMPLES = """\
 examples:
