@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -88,11 +89,11 @@ class Residual(Process):
                     for name in POSE
                 },
                 "second": {
-                    "alone": length(doc="RMS error after 1 s"),
+                    "alone": length(doc="RMS error after 1 s; 0 at first"),
                     "corrected": length(doc="the same, with the corrections"),
                 },
                 "long": {
-                    "alone": length(doc="RMS error after 10 s"),
+                    "alone": length(doc="RMS error after 10 s; 0 at first"),
                     "corrected": length(doc="the same, with the corrections"),
                 },
             },
@@ -140,8 +141,9 @@ class Residual(Process):
         self.weights = {"values": self.learner.mean}
 
     def close(self) -> None:
-        """Save the weights."""
-        if (name := self.options.save) and getattr(self, "_gate", None) is not None:
+        """Save the weights; an engine that has no folder for results saves none."""
+        name, gate = self.options.save, getattr(self, "_gate", None)
+        if name and gate is not None and self.out != Path():
             self.saved().write(self.out / name)
 
     def saved(self) -> Weights:
