@@ -313,6 +313,16 @@ def test_weights_that_run_away_leave_the_robot_as_it_was(
     assert "robot/r: its correction has run away" in events[0].text
 
 
+def test_a_correction_is_learned_beside_motors_that_lag(tmp_path: Path) -> None:
+    """The definition knows the lag and the delay, so the network learns less."""
+    known = {**FOUND, "actuation/lag": "90 ms", "actuation/delay": "60 ms"}
+    other = late(11, 12.0)
+    path = save(tmp_path, learned(late(1, 30.0), known))
+    alone = error(other, known, None, 1.0)
+    assert alone < 0.4 * error(other, FOUND, None, 1.0)
+    assert error(other, known, path, 1.0) <= 1.05 * alone
+
+
 def test_a_file_reads_back_to_the_same_bits(tmp_path: Path, weights: Weights) -> None:
     assert Weights.read(save(tmp_path, weights)) == weights
 
@@ -342,6 +352,8 @@ def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) 
         corrected(path, "create2").check()
     with pytest.raises(ExperimentError, match="with other parameters or another"):
         corrected(path, parameters={**FOUND, "track": "90 mm"}).check()
+    with pytest.raises(ExperimentError, match="with other parameters or another"):
+        corrected(path, parameters={**FOUND, "actuation/lag": "90 ms"}).check()
     with pytest.raises(AgentError, match=r"at steps of 0\.1 s, and this one has 0\.05"):
         corrected(path, dt=0.05).run(tmp_path / "out", direct=True, show=Show())
     path.unlink()
