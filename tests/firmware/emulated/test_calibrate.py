@@ -82,6 +82,7 @@ def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert "left " in done.stdout
     assert "robot/woodbot-7 has stored it." in done.stdout
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
     check(stored())
     # The track that it measures, with an interval; a last drive; a recording.
     track, half = map(
