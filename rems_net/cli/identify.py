@@ -13,6 +13,7 @@ examples:
   rems identify runs/monday --robot real --check runs/tuesday
   rems identify runs/monday --robot real --out real.identified.toml
   rems identify runs/demo --robot mujoco --fit track,max_wheel_speed
+  rems identify runs/demo --robot mujoco --suggest next.csv
   rems identify lab.csv --like woodbot-class --definition woodbot \\
       --set track="100 mm" --set max_wheel_speed="6.8 rad/s"
 """
@@ -56,6 +57,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="write the parameters there, such as real.identified.toml",
     )
+    parser.add_argument(
+        "--suggest",
+        metavar="FILE",
+        type=Path,
+        help="name the short drive that would show most, and write it to a CSV file "
+        "that an input plays",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -70,7 +78,10 @@ def run(args: argparse.Namespace) -> int:
         parameters=dict(map(_setting, args.sets)),
         fit=[name for name in args.fit.replace(" ", "").split(",") if name],
         check=read(args.check, like=args.like) if args.check else None,
+        suggest=args.suggest is not None,
     )
+    if found.suggestions:
+        args.suggest.write_text(found.suggestions[0].table(), encoding="utf-8")
     out = console(args)
     for line in found.lines():
         out.print(line, soft_wrap=True)

@@ -182,7 +182,7 @@ class Problem:
             # A direction that does not show stays.
             ridge = BLIND * (np.trace(a) + 1e-300) * np.eye(len(g))
             damped = a + damping * np.diag(np.diag(a)) + ridge
-            # What would leave its range stays at the end of it.
+            # A parameter that would leave its range stays at the end of it.
             inside = ~((theta <= self.low) & (g > 0) | (theta >= self.high) & (g < 0))
             step = np.zeros(len(g))
             step[inside] = -np.linalg.solve(damped[np.ix_(inside, inside)], g[inside])

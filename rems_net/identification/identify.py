@@ -19,6 +19,8 @@ from rems_net.identification.faults import check_clocks, check_motion, describe_
 from rems_net.identification.fit import SEGMENT, Fit, fit
 from rems_net.identification.prediction import Predictor, cut, made, whole
 from rems_net.identification.result import Identified, Parameter
+from rems_net.identification.suggest import Suggestion
+from rems_net.identification.suggest import suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02
@@ -29,7 +31,7 @@ MODEL = 0.1
 #: A gain is the share of a top speed, and shows only as the product with it.
 GAINS = f"{GROUP}/gain/"
 #: s, s, share. Where the search begins if these parameters are 0: there, a lag cannot
-#: be told from a delay.
+#: be separated from a delay.
 BEGIN = {f"{GROUP}/lag": 0.06, f"{GROUP}/delay": 0.03, f"{GROUP}/dead_band": 0.03}
 #: Share of a parameter whose effect on the predictions is looked for.
 CHANGE = 0.02
@@ -44,15 +46,21 @@ def identify(
     parameters: Mapping[str, Any] | None = None,
     names: Sequence[str] = (),
     check: Sequence[Drive] = (),
+    suggest: bool = False,
 ) -> Identified:
     """Fit the definition's parameters to drives, and test them on what was not used.
 
     parameters: as they were in the recordings      names: which to try; all that have
     an effect, if empty      check: drives that are only predicted; without them, each
-    half of a drive is predicted from the others. Raises ExperimentError if nothing
-    moves, a parameter does not exist, or a sign is turned round.
+    half of a drive is predicted from the others      suggest: which drives would show
+    more. Raises ExperimentError if nothing moves, a parameter does not exist, a sign is
+    turned round, or clocks drift.
     """
-    return _Search(drives, definition, parameters or {}, check).result(names)
+    search = _Search(drives, definition, parameters or {}, check)
+    found = search.result(names)
+    if suggest:
+        found.suggestions = search.suggestions(found)
+    return found
 
 
 class _Search:
@@ -139,6 +147,14 @@ class _Search:
             best.segments,
             self.notes,
         )
+
+    def suggestions(self, found: Identified) -> list[Suggestion]:
+        """Return short drives, the one first that shows most of what was tried."""
+        values = {
+            one.name: one.value or BEGIN.get(one.name, 0.0) for one in found.parameters
+        }
+        ranges, error = self.ranges, found.error
+        return suggest_drives(self.predictor, self.drives, values, ranges, error)
 
     # -- what the recordings show --------------------------------------------------
 

@@ -35,13 +35,15 @@ def identify(
     parameters: Mapping[str, Any] | None = None,
     fit: Sequence[str] = (),
     check: Recording | None = None,
+    suggest: bool = False,
 ) -> Identified:
     """Find parameters of a robot from how it drove; `print(...)` shows a report.
 
     definition, parameters: as they were, if the recording does not have them.
     fit: names of the parameters; all that have an effect, if empty.
     check: another recording, which is only predicted; without it, each half is
-    predicted from the other. Raises ExperimentError.
+    predicted from the other.
+    suggest: which of 20 short drives would show most. Raises ExperimentError.
 
     found = rems_net.identify(rems_net.read("runs/demo"), "mujoco")
     """
@@ -50,7 +52,9 @@ def identify(
     stated |= parameters or {}
     drive = _drive(recording, name, cls, stated)
     checks = [] if check is None else [_drive(check, name, cls, stated)]
-    found = search([drive], cls, parameters=stated, names=fit, check=checks)
+    found = search(
+        [drive], cls, parameters=stated, names=fit, check=checks, suggest=suggest
+    )
     best = made(cls, {**stated, **found.adopted()})
     found.noise = noise_of(recording[drive.name], best)
     used = [recording] if check is None else [recording, check]

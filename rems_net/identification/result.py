@@ -9,6 +9,7 @@ from typing import Any
 
 from rems_net.errors import ExperimentError
 from rems_net.identification.noise import SensorNoise
+from rems_net.identification.suggest import Suggestion
 from rems_net.recordings.parameters.identified import Origin, write_identified
 
 
@@ -46,6 +47,7 @@ class Identified:
     segments: number of these predictions      notes: sentences about the recordings
     noise: of the sensors, against what the definition computes from the state
     origin: of the parameters      stated: those that were known before
+    suggestions: short drives, the one first that would show most; if asked for
     """
 
     name: str
@@ -62,6 +64,7 @@ class Identified:
     noise: list[SensorNoise] = field(default_factory=list)
     origin: Origin | None = None
     stated: Mapping[str, Any] = field(default_factory=dict)
+    suggestions: list[Suggestion] = field(default_factory=list)
 
     def write(self, path: Path | str) -> None:
         """Write the parameters to a file, which an experiment's robot takes by name.
@@ -121,6 +124,7 @@ class Identified:
                 )
         lines += [f"Note: {note}." for note in self.notes]
         lines += map(str, self.noise)
+        lines += [f"Drive next: {one}." for one in self.suggestions[:1]]
         if taken := self.adopted():
             words = ", ".join(f"{_key(n)} = {_text(v)}" for n, v in taken.items())
             lines.append("Write this to the robot in the experiment's file:")
