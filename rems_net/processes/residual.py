@@ -20,6 +20,7 @@ from rems_net.defdict import (
     length,
     number,
     text,
+    time,
 )
 from rems_net.drivers.kinematic.correction import (
     RUNAWAY,
@@ -61,7 +62,8 @@ class Residual(Process):
         definition=text(doc="of the robot: woodbot, or my.py:Cart"),
         parameters=text(max_len=4096, doc='of it: track = "100 mm", or a file'),
         hidden=integer(default=4, range=(1, 10_000), doc="neurons"),
-        taps=integer(default=3, range=(1, 100), doc="ticks whose commands it knows"),
+        memory=time(default=0.3, range=(0, 10), doc="how long it knows commands"),
+        taps=integer(default=3, range=(1, 100), doc="spans of it, whose means count"),
         due=integer(range=(0, 10_000), doc="if not 0: learns in jobs of so many ticks"),
         save=text(doc="file of the weights, among the results"),
     )
@@ -154,6 +156,7 @@ class Residual(Process):
             [*self.model.command.schema.paths],
             self._step,
             self.options.taps,
+            self._width,
             self.options.hidden,
             self._full.tolist(),
             self._probe,
@@ -164,7 +167,9 @@ class Residual(Process):
     def _begin(self, step: float) -> None:
         full, self._probe = probe(self.model, step)
         self._step, self._full, self._gate = step, np.array(full), Gate(step)
-        self.memory = Memory(self.model.command.schema, self.options.taps)
+        taps = self.options.taps
+        self._width = max(1, round(self.options.memory / taps / step))
+        self.memory = Memory(self.model.command.schema, taps, self._width)
         self._ranges = limits(self.command.schema)
 
     def _command(self) -> dict[str, float]:

@@ -17,6 +17,8 @@ from rems_net.processes.residual import Residual
 from tests.identification.test_identify import keys
 
 POSE = ("x", "y", "heading")
+#: Rows before a free run whose commands a correction may know.
+MEMORY = 20
 Parameters = dict[str, Any]
 
 
@@ -82,7 +84,7 @@ def _free(drive: Drive, model: Kinematic, first: int, rows: int) -> Floats:
     most = limits(model.command.schema)["wheel/left"]
     commands = [
         {path: float(shares[n]) * most for path, shares in drive.command.items()}
-        for n in range(max(0, first - 3), first + rows + 1)
+        for n in range(max(0, first - MEMORY), first + rows + 1)
     ]
     model.rewind()
     for command in commands[: -rows or None]:

@@ -82,6 +82,24 @@ def test_an_identified_robot_of_another_hand_is_not_predicted_worse(
     never_worse(tmp_path, late(seed, 60.0), FOUND)
 
 
+@pytest.mark.slow
+def test_hardware_of_another_hand_is_corrected(tmp_path: Path) -> None:
+    """Without lag and delay: half the error over 1 s. With all: never worse."""
+    from tests.identification.standin import run
+
+    seen, others = run(1, 40.0), [run(seed, 12.0) for seed in (11, 12, 13)]
+    for names in (("track", "max_wheel_speed"), ()):
+        best = identify([seen], Woodbot, parameters=FOUND, names=names)
+        found = {**FOUND, **best.adopted()}
+        path = save(tmp_path, learned(seen, found))
+        for other in others:
+            alone = error(other, found, None, 1.0)
+            share = 0.5 if names else 1.05
+            assert error(other, found, path, 1.0) <= share * alone
+            alone = error(other, found, None, 10.0)
+            assert error(other, found, path, 10.0) <= 1.05 * alone
+
+
 @pytest.mark.parametrize("name", [*models(), "Webots02_09_2023_17_17_51.csv"])
 def test_no_recording_of_the_class_is_predicted_worse(
     tmp_path: Path, name: str
