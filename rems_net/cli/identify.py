@@ -48,8 +48,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--check",
         metavar="DIR",
         type=Path,
-        help="another run of this robot, which is only predicted (else each half of "
-        "the run is predicted from the other half)",
+        help="another run of this robot, which is only predicted (else each third "
+        "of the run is predicted from the rest)",
     )
     parser.add_argument(
         "--out",

@@ -159,9 +159,12 @@ def _header(name: str, robot: Definition, schemas: Mapping[str, Schema]) -> str:
 
 
 def _parameters(parameters: DefDict) -> Iterator[str]:
-    """Yield macros for the numbers; the core does not use other parameters."""
+    """Yield macros for the numbers; the core does not use other parameters.
+
+    Nor does it use groups: real motors have a lag without being configured.
+    """
     for path, field in parameters.schema.rows():
-        if field.dtype == "float" and not field.shape:
+        if field.dtype == "float" and not field.shape and "/" not in path:
             name = f"WOODBOT_{c_name(path).upper()}"
             yield from _comment(field, "")
             number = _number(parameters[path])

@@ -7,6 +7,7 @@ with it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from rems_net.identification.suggest import suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02
+#: Number of blocks; each is predicted from the others.
+BLOCKS = 3
 #: Errors as small as this, in the field's unit, are rounding errors.
 ROUND = 1e-9
 #: Share of the error that is left if the recording is itself such a model.
@@ -222,16 +225,18 @@ class _Search:
         return names, blind
 
     def _leave_out_jolts(self, names: Sequence[str]) -> None:
-        """Leave out what does not fit, and split the rest into two parts."""
+        """Leave out what does not fit, and split the rest into blocks."""
         found = self._fit(self.drives, names)
         left = without(self.drives, found.out)
         if found.jolts and left:
             self.notes.append(describe_jolts(found))
             self.drives = left
-        self.halves = self.drives[::2], self.drives[1::2]
+        self.blocks = [self.drives[i::BLOCKS] for i in range(BLOCKS)]
         if len(self.drives) == 1:
-            (one,), half = self.drives, len(self.drives[0]) // 2
-            self.halves = [one.part(slice(0, half + 1))], [one.part(slice(half, None))]
+            (one,) = self.drives
+            cuts = np.linspace(0, len(one), BLOCKS + 1).astype(int).tolist()
+            ends = pairwise(cuts)
+            self.blocks = [[one.part(slice(max(a - 1, 0), b))] for a, b in ends]
 
     # -- what the unseen parts confirm ---------------------------------------------
 
@@ -239,8 +244,11 @@ class _Search:
         """Return pairs: drives that are only predicted, and drives to fit."""
         if self.check:
             return [(self.check, self.drives)]
-        first, second = self.halves
-        return [(first, second), (second, first)]
+        blocks = [block for block in self.blocks if block]
+        return [
+            (block, [one for other in blocks if other is not block for one in other])
+            for block in blocks
+        ]
 
     def _adopt(self, names: Sequence[str]) -> tuple[list[str], dict[str, float]]:
         """Return the names without which unseen parts are predicted worse.

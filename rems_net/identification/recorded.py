@@ -41,8 +41,8 @@ def identify(
 
     definition, parameters: as they were, if the recording does not have them.
     fit: names of the parameters; all that have an effect, if empty.
-    check: another recording, which is only predicted; without it, each half is
-    predicted from the other.
+    check: another recording, which is only predicted; without it, each third is
+    predicted from the others.
     suggest: which of 20 short drives would show most. Raises ExperimentError.
 
     found = rems_net.identify(rems_net.read("runs/demo"), "mujoco")

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 import rems_net
 from rems_net import Definition, Experiment, In, Out, Schema, Settings, Woodbot
 from rems_net.errors import ExperimentError
-from rems_net.identification.drive import Drive
+from rems_net.identification.drive import Drive, drive_of
 from rems_net.identification.fit import Fit, fit
 from rems_net.identification.identify import identify
 from rems_net.identification.intervals import student
-from rems_net.identification.prediction import Predictor, whole
+from rems_net.identification.prediction import Predictor, made, whole
 from rems_net.units import length, time, velocity
+from tests.robots.lab import FOLDER, recording
 
 #: m, m, rad. Noise of the planted readings.
 NOISE = np.array([0.0015, 0.0015, np.deg2rad(0.6)])
@@ -207,3 +208,24 @@ def test_the_points_of_students_t_are_those_of_tables(
     freedom: int, point: float
 ) -> None:
     assert student(freedom) == pytest.approx(point, rel=3e-3)
+
+
+@pytest.mark.parametrize(("first", "most"), [(True, 0.0065), (False, 0.0085)])
+def test_a_half_of_the_class_recording_is_predicted_from_the_other(
+    first: bool, most: float
+) -> None:
+    rows = recording("Webots02_09_2023_17_17_51.csv")
+    assert rows
+    constants = {"track": "100 mm", "max_wheel_speed": "6.8 rad/s"}
+    columns = rems_net.read(FOLDER, like="woodbot-class")
+    name = next(name for name in columns if "Webots" in name)
+    whole_drive = drive_of(columns[name], made(Woodbot, constants))
+    half = len(whole_drive) // 2
+    parts = [whole_drive.part(slice(0, half + 1)), whole_drive.part(slice(half, None))]
+    seen, unseen = parts if first else parts[::-1]
+    found = identify([seen], Woodbot, parameters=constants)
+    values = {one.name: one.value for one in found.parameters if one.adopted}
+    one = whole(unseen)
+    went = Predictor(Woodbot, constants)(one, one.starts(), values)
+    off = np.array([went[i] - one.read[p] for i, p in enumerate(one.read) if p in "xy"])
+    assert float(np.sqrt((off**2).sum(axis=0).mean())) <= most

@@ -1,6 +1,8 @@
 """Body: motion, counters and battery of an emulated Create 2."""
 
+from collections.abc import Mapping
 from math import floor, pi
+from typing import Any
 
 from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.packets import COUNTS, WRAP, bits
@@ -22,10 +24,12 @@ class Body:
     """A kinematic Create 2, and what happens to it.
 
     right, left: commanded speeds of the wheels, mm/s.  quantise: whether the wheels
-    turn only at speeds that a real robot can hold.
+    turn only at speeds that a real robot can hold.  parameters: of this one robot.
     """
 
-    def __init__(self, quantise: bool = False):
+    def __init__(
+        self, quantise: bool = False, parameters: Mapping[str, Any] | None = None
+    ):
         self.quantise = quantise
         self.right = self.left = 0
         self.bumps: set[str] = set()
@@ -34,7 +38,7 @@ class Body:
         self._pressed = 0.0
         self.used = 0.0  # mAh
         self._zero = (0, 0)
-        self.robot = combine(Create2, Kinematic)("create2")
+        self.robot = combine(Create2, Kinematic)("create2", parameters=parameters)
         self.robot.prepare()
 
     def move(self, dt: float) -> None:

@@ -1,0 +1,94 @@
+"""The drive that is suggested shows more than a random drive of its length."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rems_net
+from rems_net import Experiment
+from rems_net.cli import main
+from rems_net.identification.drive import Floats
+from rems_net.identification.fit import Fit, fit
+from rems_net.identification.suggest import suggest
+from tests.identification.test_identify import FIVE, PREDICTOR, driven, keys
+
+RANGES = {name: span for name, (_, span, _) in FIVE.items()}
+#: Number of times that a drive is repeated, and rows of one.
+TIMES, ROWS = 4, 100
+
+
+def known(seed: int) -> tuple[dict[str, float], Fit, np.random.Generator]:
+    """Return planted parameters, and what a first drive shows of them."""
+    random = np.random.default_rng(seed)
+    true = {name: random.uniform(*span) for name, (_, _, span) in FIVE.items()}
+    first = driven(true, keys(random, ROWS), keys(random, ROWS), random)
+    begin = {name: one[0] for name, one in FIVE.items()}
+    return true, fit(PREDICTOR, [first], begin, RANGES), random
+
+
+def anything(random: np.random.Generator) -> Floats:
+    """Return random shares of full speed, each held for 0.4 to 1 s."""
+    shares: list[float] = []
+    while len(shares) < ROWS:
+        shares += [float(random.uniform(-1, 1))] * int(random.integers(4, 11))
+    return np.array(shares[:ROWS])
+
+
+def narrow(seed: int) -> float:
+    """Return how much narrower intervals are than after a random drive (logarithm)."""
+    true, found, random = known(seed)
+    plan = driven(true, keys(random, ROWS), keys(random, ROWS), random)
+    best = suggest(PREDICTOR, [plan], found.values, RANGES, found.error)[0]
+    command = best.drive.command
+    widths = []
+    for left, right in (
+        (command["wheel/left"][1:], command["wheel/right"][1:]),
+        (anything(random), anything(random)),
+    ):
+        drives = [driven(true, left, right, random) for _ in range(TIMES)]
+        one = fit(PREDICTOR, drives, found.values, RANGES)
+        widths.append(float(np.mean([np.log(half) for half in one.half.values()])))
+    return widths[1] - widths[0]
+
+
+def test_what_is_suggested_is_narrower() -> None:
+    assert narrow(2000) > 0
+
+
+@pytest.mark.slow  # 60 fits
+@pytest.mark.timeout(900)
+def test_what_is_suggested_is_narrower_in_18_of_20_cases() -> None:
+    assert sum(narrow(seed) > 0 for seed in range(2000, 2020)) >= 18
+
+
+def test_twenty_drives_are_compared_and_turns_follow_a_straight_drive() -> None:
+    random = np.random.default_rng(1)
+    true, found, _ = known(2001)
+    ahead = keys(random, ROWS)
+    straight = driven(true, ahead, ahead, random)
+    some = suggest(PREDICTOR, [straight], found.values, RANGES, found.error)
+    assert len({one.name for one in some}) == 20
+    assert [one.gain for one in some] == sorted((o.gain for o in some), reverse=True)
+    assert np.ptp(some[0].drive.state["heading"]) > 1.0
+
+
+def test_an_input_plays_what_is_suggested(tmp_path: Path) -> None:
+    lab = Experiment("lab", dt="50 ms", duration="10 s")
+    lab.robot("sim", "woodbot", "kinematic")
+    with lab.engine(tmp_path / "run") as engine:
+        for left, right in ((3, 5), (5, 2), (-2, -4), (4, 4), (5, -5)) * 4:
+            engine.put("robot/sim/command", {"wheel": {"left": left, "right": right}})
+            engine.step(9)
+    file, fields = tmp_path / "next.csv", "track,max_wheel_speed"
+    arguments = ["identify", str(tmp_path / "run"), "--suggest", str(file)]
+    assert main([*arguments, "--fit", fields, "--set", "track=0.12"]) == 0
+    again = Experiment("again", dt="0.1 s", duration="10 s", folder=tmp_path)
+    again.input("keys", "csv", options={"file": "next.csv"})
+    again.robot("sim", "woodbot", "kinematic", command="input/keys")
+    with again.engine(tmp_path / "next") as engine:
+        engine.run()
+    played = rems_net.read(tmp_path / "next")["sim"]
+    assert np.ptp(played.plain("command/wheel/left")) > 7.0
