@@ -11,8 +11,9 @@ import numpy as np
 from rems_net import Create2, Settings, YoubotArm
 from rems_net.bodies import actuation
 from rems_net.drivers.hardware.create2.packets import COUNTS
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.emulators.create2.body import Body
-from rems_net.identification.drive import Drive, limits
+from rems_net.identification.drive import Drive
 from rems_net.identification.identify import identify
 from rems_net.identification.prediction import made
 from rems_net.identification.result import Identified
