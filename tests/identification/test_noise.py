@@ -28,7 +28,8 @@ def recorded(
             engine.put("robot/sim/command", {"wheel": {"left": left, "right": right}})
             engine.step(10)
     recording = rems_net.read(folder)
-    return rems_net.identify(recording, "sim", definition=Woodbot).noise
+    found = rems_net.identify(recording, "sim", definition=Woodbot, fit=["track"])
+    return found.noise
 
 
 def test_planted_noise_is_found(tmp_path: Path) -> None:

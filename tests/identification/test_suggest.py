@@ -17,7 +17,7 @@ from tests.identification.test_identify import FIVE, PREDICTOR, driven, keys
 
 RANGES = {name: span for name, (_, span, _) in FIVE.items()}
 #: Number of times that a drive is repeated, and rows of one.
-TIMES, ROWS = 4, 100
+TIMES, ROWS = 8, 100
 
 
 def known(seed: int) -> tuple[dict[str, float], Fit, np.random.Generator]:
