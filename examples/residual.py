@@ -28,7 +28,7 @@ def drive(lab: Experiment) -> Experiment:
 
 
 if __name__ == "__main__":  # not in the agents' processes, which read it, too
-    lab = drive(Experiment("learn", duration=60, seed=1))
+    lab = drive(Experiment("learn", duration=30, seed=1))
     options = {"definition": "woodbot", "parameters": "arena_radius = 0"}
     options["save"] = "weights.json"
     ports: dict[str, Any] = {p: f"robot/real/{p}" for p in ("command", "state")}

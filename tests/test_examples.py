@@ -81,18 +81,6 @@ def the_racer_starts_again(runs: Path) -> None:
     assert 0.2 < found["racer"][1] < 0.4  # two times to the left
 
 
-def the_filters_know_where_it_is(runs: Path) -> None:
-    """At least ten times as well as the model that has no sensors."""
-    recording = read(runs / "estimate")
-    last = {
-        name: [float(recording[name].plain(f"state/{field}")[-1]) for field in "xy"]
-        for name in ("real", "model", "process/ekf", "process/ukf")
-    }
-    assert dist(last["real"], last["model"]) > 0.1
-    for name in ("process/ekf", "process/ukf"):
-        assert dist(last["real"], last[name]) < 0.01
-
-
 def the_network_predicts_better(runs: Path) -> None:
     """Another run than that in which it learned: the RMS distance is less than half."""
     at = {}
@@ -107,14 +95,26 @@ def the_network_predicts_better(runs: Path) -> None:
     assert off["corrected"] < 0.25 * off["alone"]
 
 
+def the_filters_know_where_it_is(runs: Path) -> None:
+    """At least ten times as well as the model that has no sensors."""
+    recording = read(runs / "estimate")
+    last = {
+        name: [float(recording[name].plain(f"state/{field}")[-1]) for field in "xy"]
+        for name in ("real", "model", "process/ekf", "process/ukf")
+    }
+    assert dist(last["real"], last["model"]) > 0.1
+    for name in ("process/ekf", "process/ukf"):
+        assert dist(last["real"], last[name]) < 0.01
+
+
 #: example -> what else it does, seen in what it left
 DOES: dict[str, Callable[[Path], None]] = {
     "pid": the_integral_wins_against_the_wind,
     "leader_follower": the_follower_stays_behind,
     "swarm": the_swarm_flies_together,
     "referee": the_racer_starts_again,
-    "estimate": the_filters_know_where_it_is,
     "residual": the_network_predicts_better,
+    "estimate": the_filters_know_where_it_is,
     "reach": the_arm_ends_where_the_circle_does,
 }
 

@@ -83,13 +83,12 @@ def bare(given: Drive) -> list[float]:
     """Gauss and Newton's method over the same pieces, with free starts, 8 steps."""
     parts = cut([given], 2.0)
     read = np.array([*parts.read.values()])
-    commands = [column[parts.rows] for column in given.command.values()]
     theta, starts = np.array([*BEGIN.values()]), read[:, :, 0].copy()
 
     def off(theta: Floats, starts: Floats) -> Floats:
         pose, found = starts, [starts]
         for i in range(parts.steps.shape[1]):
-            left, right = (column[:, i] for column in commands)
+            left, right = (c[parts.rows[:, i]] for c in given.command.values())
             h = parts.steps[:, i]
             k = rates(pose, left, right, *theta)
             middle = rates(pose + k * h / 2, left, right, *theta)

@@ -33,8 +33,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
     "process": {
         "ekf": "rems_net.processes.ekf:Ekf",
-        "ukf": "rems_net.processes.ukf:Ukf",
         "residual": "rems_net.processes.residual:Residual",
+        "ukf": "rems_net.processes.ukf:Ukf",
         "localise": "rems_net.processes.localise:Localise",
     },
     "world": {"world": "rems_net.agents.world:World"},

@@ -52,17 +52,17 @@ def add(parser: argparse.ArgumentParser) -> None:
         "of the run is predicted from the rest)",
     )
     parser.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="write the parameters there, such as real.identified.toml",
+    )
+    parser.add_argument(
         "--suggest",
         metavar="FILE",
         type=Path,
         help="name the short drive that would show most, and write it to a CSV file "
         "that an input plays",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        type=Path,
-        help="write the parameters there, such as real.identified.toml",
     )
 
 

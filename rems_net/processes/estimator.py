@@ -15,9 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rems_net.agents.agent import Process
-from rems_net.agents.parts import find
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.robot import Definition, combine
 from rems_net.agents.tick import Tick
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
@@ -32,10 +30,10 @@ from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError, nearest
 from rems_net.maths.ukf import Floats, Moments, points, predicted, product, updated
+from rems_net.processes.model import model_of
 from rems_net.processes.motion import Motion
 from rems_net.processes.turns import Turns
 from rems_net.processes.words import table
-from rems_net.recordings.parameters.identified import parameters_for
 
 #: Least variance of a reading, in its unit: with 0 nothing could be divided by it.
 LEAST = 1e-18
@@ -88,31 +86,12 @@ class Estimator(Process):
         self._settings()
 
     def _built(self) -> Kinematic:
-        name = self.options.definition
-        if not name:
-            raise ExperimentError(
-                f"{self.key} needs the definition of the robot that it estimates; "
-                'write options={"definition": "woodbot"}. (R0881)'
-            )
-        found = find("definition", name, self.folder)
-        assert issubclass(found, Definition)
-        given = self.options.parameters
-        parameters = (
-            parameters_for(self.folder / given, found)
-            if given.endswith(".toml")
-            else table(given, "parameters")
-        )
-        robot = combine(found, Kinematic)(
-            self.name, parameters=parameters, folder=self.folder
-        )
-        robot.prepare()
-        assert isinstance(robot, Kinematic)
+        name, robot = self.options.definition, model_of(self)
         if robot.read is None:
             raise ExperimentError(
                 f"{name} has no sensors, so nothing corrects an estimate; give its "
                 "definition `sensors`, `measure` and `noise`. (R0881)"
             )
-        robot.integration.told = "silent"  # the robot itself warns of long steps
         return robot
 
     def _noise(self) -> dict[str, Noise]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rems_net.agents.agent import Process
-from rems_net.agents.parts import find
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.robot import Definition, combine
 from rems_net.agents.tick import Tick
 from rems_net.defdict import (
     Schema,
@@ -22,6 +20,7 @@ from rems_net.defdict import (
     length,
     number,
     text,
+    time,
 )
 from rems_net.drivers.kinematic.correction import (
     RUNAWAY,
@@ -29,18 +28,19 @@ from rems_net.drivers.kinematic.correction import (
     Network,
     Weights,
     definition_of,
+    go,
     limits,
     local,
     pose,
     probe,
     runs_away,
 )
-from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError
 from rems_net.events import warn
 from rems_net.processes.gate import Gate
 from rems_net.processes.learner import Learner, train
+from rems_net.processes.model import model_of
 
 #: Share of full speed. A step that is so far from the prediction was no drive: somebody
 #: has lifted the robot, or its pose was lost.
@@ -60,9 +60,10 @@ class Residual(Process):
 
     options = Settings(
         definition=text(doc="of the robot: woodbot, or my.py:Cart"),
-        parameters=text(max_len=4096, doc='of it, such as: track = "100 mm"'),
+        parameters=text(max_len=4096, doc='of it: track = "100 mm", or a file'),
         hidden=integer(default=4, range=(1, 10_000), doc="neurons"),
-        taps=integer(default=3, range=(1, 100), doc="ticks whose commands it knows"),
+        memory=time(default=0.3, range=(0, 10), doc="how long it knows commands"),
+        taps=integer(default=3, range=(1, 100), doc="spans of it, whose means count"),
         due=integer(range=(0, 10_000), doc="if not 0: learns in jobs of so many ticks"),
         save=text(doc="file of the weights, among the results"),
     )
@@ -90,11 +91,11 @@ class Residual(Process):
                     for name in POSE
                 },
                 "second": {
-                    "alone": length(doc="RMS error after 1 s"),
+                    "alone": length(doc="RMS error after 1 s; 0 at first"),
                     "corrected": length(doc="the same, with the corrections"),
                 },
                 "long": {
-                    "alone": length(doc="RMS error after 10 s"),
+                    "alone": length(doc="RMS error after 10 s; 0 at first"),
                     "corrected": length(doc="the same, with the corrections"),
                 },
             },
@@ -106,26 +107,13 @@ class Residual(Process):
         """Build the definition, which predicts. Raises ExperimentError."""
         super().prepare()
         options = self.options
-        if not options.definition:
-            raise ExperimentError(
-                "a residual needs the definition beside which it learns; write "
-                'options={"definition": "woodbot"}. (R0873)'
-            )
-        found = find("definition", options.definition, self.folder)
-        assert issubclass(found, Definition)
-        robot = combine(found, Kinematic)(
-            self.name, parameters=_parameters(options.parameters), folder=self.folder
-        )
-        robot.prepare()
-        assert isinstance(robot, Kinematic)
+        self.model = robot = model_of(self)
         lacks = [field for field in POSE if field not in robot.state]
         if lacks:
             raise ExperimentError(
                 f"the state of a {options.definition} has no {lacks[0]!r}; a residual "
                 "corrects x, y and heading of a robot that drives. (R0873)"
             )
-        robot.integration.told = "silent"  # the robot itself warns of long steps
-        self.model = robot
         commands = robot.command.schema.paths
         self.network = Network(options.taps * len(commands), options.hidden)
         fields = {"values": array(self.network.count, doc="of the network")}
@@ -155,8 +143,9 @@ class Residual(Process):
         self.weights = {"values": self.learner.mean}
 
     def close(self) -> None:
-        """Save the weights."""
-        if (name := self.options.save) and getattr(self, "_gate", None) is not None:
+        """Save the weights; an engine that has no folder for results saves none."""
+        name, gate = self.options.save, getattr(self, "_gate", None)
+        if name and gate is not None and self.out != Path():
             self.saved().write(self.out / name)
 
     def saved(self) -> Weights:
@@ -167,6 +156,7 @@ class Residual(Process):
             [*self.model.command.schema.paths],
             self._step,
             self.options.taps,
+            self._width,
             self.options.hidden,
             self._full.tolist(),
             self._probe,
@@ -177,7 +167,9 @@ class Residual(Process):
     def _begin(self, step: float) -> None:
         full, self._probe = probe(self.model, step)
         self._step, self._full, self._gate = step, np.array(full), Gate(step)
-        self.memory = Memory(self.model.command.schema, self.options.taps)
+        taps = self.options.taps
+        self._width = max(1, round(self.options.memory / taps / step))
+        self.memory = Memory(self.model.command.schema, taps, self._width)
         self._ranges = limits(self.command.schema)
 
     def _command(self) -> dict[str, float]:
@@ -214,7 +206,7 @@ class Residual(Process):
         model.state = {
             path: self.state[path] for path in model.state if path in self.state
         } | dict(zip(POSE, before, strict=True))
-        model.drive(model.command.schema(self._command()), dt)
+        go(model, self._command(), dt)
         return np.array(local(before, pose(model.state)))
 
     def _learn(self, given: Any, read: Any) -> None:
@@ -259,15 +251,3 @@ class Residual(Process):
         self.learner.mean = np.zeros(self.network.count)
         self.correction = {**dict.fromkeys(POSE, 0.0), "helps": False}
         warn("correction", f"{self.key}: {RUNAWAY}", self.key)
-
-
-def _parameters(given: str) -> dict[str, Any]:
-    """Return parameters from the words between the braces of a line of TOML."""
-    try:
-        found = tomllib.loads(f"all = {{ {given} }}")["all"]
-    except tomllib.TOMLDecodeError as error:
-        raise ExperimentError(
-            f"parameters = {given!r:.80} cannot be read ({error}); write as `rems "
-            "identify` prints them, such as \"track = '100 mm'\". (R0873)"
-        ) from None
-    return dict(found)

@@ -29,23 +29,23 @@ DOCS = Path(__file__).parents[2] / "docs"
 CLASS: Parameters = {"arena_radius": "0 m"}
 #: the robot's own, which nobody knows
 HAND = {"track": "104 mm", "max_wheel_speed": "6.6 rad/s"}
-NAMES = ("class constants", "identified", "corrected")
+NAMES = ("class constants", "track, speed", "corrected", "motors, too")
 #: Okabe and Ito's colours, which colour-blind people can tell apart
-COLOURS = ("#D55E00", "#0072B2", "#009E73")
+COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7")
 Way = tuple[Parameters, Path | None]
 
 
 def ways(folder: Path) -> list[Way]:
     """Return parameters and weights of each prediction."""
-    seen = late(3, 60.0, 0.05, 2, **HAND)
-    adopted = identify([seen], Woodbot, parameters=CLASS).adopted()
-    found = {**CLASS, **adopted}
-    path = folder / "weights.json"
-    weights = learned(seen, found)
+    seen, path = late(3, 60.0, 0.05, 2, **HAND), folder / "weights.json"
+    some = identify([seen], Woodbot, parameters=CLASS, names=[*HAND]).adopted()
+    every = identify([seen], Woodbot, parameters=CLASS).adopted()
+    print("identified:", some, every)
+    weights = learned(seen, CLASS | some)
     assert weights.helps
     weights.write(path)
-    print("identified:", adopted)
-    return [(CLASS, None), (found, None), (found, path)]
+    found = CLASS | some
+    return [(CLASS, None), (found, None), (found, path), (CLASS | every, None)]
 
 
 def fit(drive: Drive, all_ways: list[Way], path: Path) -> None:

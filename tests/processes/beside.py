@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rems_net import Tick, Woodbot
 from rems_net.agents.robot import combine
-from rems_net.drivers.kinematic.correction import Weights, limits
+from rems_net.drivers.kinematic.correction import Weights, go, limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.identification.drive import Drive, Floats
 from rems_net.processes.residual import Residual
 from tests.identification.test_identify import keys
 
 POSE = ("x", "y", "heading")
-Parameters = Mapping[str, str | float]
+#: Rows before a free run whose commands a correction may know.
+MEMORY = 20
+Parameters = dict[str, Any]
 
 
 def step_of(drive: Drive) -> float:
@@ -34,7 +37,7 @@ def robot(parameters: Parameters, weights: Path | None = None) -> Kinematic:
 
 def learner(parameters: Parameters, **options: object) -> Residual:
     """Return a process as it is in a run, with the ports of a Woodbot."""
-    words = ", ".join(f'{name} = "{value}"' for name, value in parameters.items())
+    words = ", ".join(f"{name} = {json.dumps(one)}" for name, one in parameters.items())
     given = {"definition": "woodbot", "parameters": words, **options}
     found, like = Residual("learner", options=given), robot(parameters)
     found.prepare()
@@ -77,21 +80,19 @@ def error(
 
 def _free(drive: Drive, model: Kinematic, first: int, rows: int) -> Floats:
     """Run from a row; a correction knows the commands before it."""
-    dt, schema = step_of(drive), model.command.schema
-    most = limits(schema)["wheel/left"]
+    dt = step_of(drive)
+    most = limits(model.command.schema)["wheel/left"]
     commands = [
-        schema(
-            {path: float(shares[n]) * most for path, shares in drive.command.items()}
-        )
-        for n in range(max(0, first - 3), first + rows + 1)
+        {path: float(shares[n]) * most for path, shares in drive.command.items()}
+        for n in range(max(0, first - MEMORY), first + rows + 1)
     ]
     model.rewind()
     for command in commands[: -rows or None]:
-        model.drive(command, dt)
+        go(model, command, dt)
     model.state = {path: float(drive.state[path][first]) for path in POSE}
     went = [[model.state[path] for path in POSE]]
     for command in commands[-rows:]:
-        model.drive(command, dt)
+        go(model, command, dt)
         went.append([model.state[path] for path in POSE])
     return np.array(went)
 
@@ -115,9 +116,7 @@ def late(
     for n in range(10 * rows):
         wheels = wheels + (told[:, n] - wheels) * (1 - np.exp(-fine / lag))
         left, right = (wheels * (0.94, 1.0) * most).tolist()
-        model.drive(
-            model.command.schema({"wheel": {"left": left, "right": right}}), fine
-        )
+        go(model, {"wheel": {"left": left, "right": right}}, fine)
         if n % 10 == 9:
             poses.append([model.state[path] for path in POSE])
     read = np.array(poses).T

@@ -201,7 +201,7 @@ def test_an_angle_with_a_range_of_one_turn_stays_in_it() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({}, "it needs the definition of the robot that it estimates"),
+        ({}, "it needs the definition of the robot that it reads"),
         ({"definition": "woodbot", "drift": "z = 1"}, "drift names 'z', and woodbot"),
         ({"definition": "woodbot", "unsure": "x 1"}, "unsure = 'x 1' cannot be read"),
         ({"definition": "woodbot", "noise": "gyro = 1"}, "noise names 'gyro'"),

@@ -82,6 +82,24 @@ def test_an_identified_robot_of_another_hand_is_not_predicted_worse(
     never_worse(tmp_path, late(seed, 60.0), FOUND)
 
 
+@pytest.mark.slow
+def test_hardware_of_another_hand_is_corrected(tmp_path: Path) -> None:
+    """Without lag and delay: half the error over 1 s. With all: never worse."""
+    from tests.identification.standin import run
+
+    seen, others = run(1, 40.0), [run(seed, 12.0) for seed in (11, 12, 13)]
+    for names in (("track", "max_wheel_speed"), ()):
+        best = identify([seen], Woodbot, parameters=FOUND, names=names)
+        found = {**FOUND, **best.adopted()}
+        path = save(tmp_path, learned(seen, found))
+        for other in others:
+            alone = error(other, found, None, 1.0)
+            share = 0.5 if names else 1.05
+            assert error(other, found, path, 1.0) <= share * alone
+            alone = error(other, found, None, 10.0)
+            assert error(other, found, path, 10.0) <= 1.05 * alone
+
+
 @pytest.mark.parametrize("name", [*models(), "Webots02_09_2023_17_17_51.csv"])
 def test_no_recording_of_the_class_is_predicted_worse(
     tmp_path: Path, name: str
@@ -313,6 +331,16 @@ def test_weights_that_run_away_leave_the_robot_as_it_was(
     assert "robot/r: its correction has run away" in events[0].text
 
 
+def test_a_correction_is_learned_beside_motors_that_lag(tmp_path: Path) -> None:
+    """The definition knows the lag and the delay, so the network learns less."""
+    known = {**FOUND, "actuation/lag": "90 ms", "actuation/delay": "60 ms"}
+    other = late(11, 12.0)
+    path = save(tmp_path, learned(late(1, 30.0), known))
+    alone = error(other, known, None, 1.0)
+    assert alone < 0.4 * error(other, FOUND, None, 1.0)
+    assert error(other, known, path, 1.0) <= 1.05 * alone
+
+
 def test_a_file_reads_back_to_the_same_bits(tmp_path: Path, weights: Weights) -> None:
     assert Weights.read(save(tmp_path, weights)) == weights
 
@@ -342,6 +370,8 @@ def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) 
         corrected(path, "create2").check()
     with pytest.raises(ExperimentError, match="with other parameters or another"):
         corrected(path, parameters={**FOUND, "track": "90 mm"}).check()
+    with pytest.raises(ExperimentError, match="with other parameters or another"):
+        corrected(path, parameters={**FOUND, "actuation/lag": "90 ms"}).check()
     with pytest.raises(AgentError, match=r"at steps of 0\.1 s, and this one has 0\.05"):
         corrected(path, dt=0.05).run(tmp_path / "out", direct=True, show=Show())
     path.unlink()
@@ -352,9 +382,10 @@ def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({}, "a residual needs the definition beside which it learns; write options"),
+        ({}, "process/learner needs the definition of the robot that it reads; write"),
         ({"definition": "youbot_arm"}, "the state of a youbot_arm has no 'x'; a resid"),
         ({"definition": "woodbot", "parameters": "track"}, "parameters = 'track' cann"),
+        ({"definition": "woodbot", "parameters": "a.toml"}, "There is no file a.toml"),
     ],
 )
 def test_what_cannot_be_learned_is_refused(

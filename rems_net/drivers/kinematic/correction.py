@@ -92,8 +92,8 @@ class Weights:
     """Weights that were learned for one definition, as they are in a file.
 
     definition: its class      commands: the fields of its command
-    step: s, of the ticks      taps: number of steps whose commands are inputs
-    hidden: number of neurons      full: m, m, rad, a step at full speed
+    step: s, of the ticks      taps, width: the inputs are the means of so many spans of
+    so many steps      hidden: number of neurons      full: m, m, rad, at full speed
     probe: where the definition alone goes in a short drive
     helps: whether the gate was open in the end; if not, the correction is 0
     """
@@ -102,6 +102,7 @@ class Weights:
     commands: list[str]
     step: float
     taps: int
+    width: int
     hidden: int
     full: list[float]
     probe: list[float]
@@ -121,7 +122,8 @@ class Weights:
             found = cls(**{field.name: given[field.name] for field in fields(cls)})
             numbers = [*found.full, *found.probe, *found.weights, found.step]
             count = found.network.count
-            good = len(found.weights) == count and np.isfinite(numbers).all()
+            good = len(found.weights) == count and found.width > 0
+            good = good and bool(np.isfinite(numbers).all())
         except OSError as error:
             raise ExperimentError(
                 f"{shown} cannot be read: {error.strerror}. A process of type residual "
@@ -142,11 +144,15 @@ class Weights:
 
 
 class Memory:
-    """The newest commands of a robot, as shares of their limits."""
+    """The newest commands of a robot, as shares of their limits.
 
-    def __init__(self, schema: Schema, taps: int):
+    taps: number of spans      width: steps of a span, whose mean counts
+    """
+
+    def __init__(self, schema: Schema, taps: int, width: int):
         self.limits = limits(schema)
-        self._rows: deque[list[float]] = deque(maxlen=taps)
+        self._shape = taps, width, len(self.limits)
+        self._rows: deque[list[float]] = deque(maxlen=taps * width)
         self.clear()
 
     def clear(self) -> None:
@@ -158,7 +164,8 @@ class Memory:
         """Add the command of a step; return the inputs, the newest first."""
         row = [float(command[path]) / most for path, most in self.limits.items()]
         self._rows.appendleft(row)
-        return np.array(self._rows).ravel()
+        found: Floats = np.array(self._rows).reshape(self._shape).mean(axis=1).ravel()
+        return found
 
 
 class Correction:
@@ -171,7 +178,7 @@ class Correction:
         _check(robot, saved, path)
         self._weights = np.array([saved.weights])
         self._network, self._full = saved.network, np.array(saved.full)
-        self._memory = Memory(robot.command.schema, saved.taps)
+        self._memory = Memory(robot.command.schema, saved.taps, saved.width)
         self._off = not saved.helps
         if self._off:
             warn(
@@ -232,16 +239,21 @@ def probe(robot: Kinematic, dt: float) -> tuple[list[float], list[float]]:
     for path, most in limits(robot.command.schema).items():
         robot.rewind()
         robot.state = dict.fromkeys(POSE, 0.0)
-        command = robot.command.schema({path: most})
         for _ in range(PROBE):
             before = pose(robot.state)
-            robot.drive(command, dt)
+            go(robot, {path: most}, dt)
             step = local(before, pose(robot.state))
         went += pose(robot.state)
         full = [a + abs(b) for a, b in zip(full, step, strict=True)]
     robot.rewind()
     most = max(full[0], full[1])
     return [most or dt, most or dt, full[2] or dt], went
+
+
+def go(robot: Kinematic, command: Mapping[str, Any], dt: float) -> None:
+    """Let a robot obey a command for one step; fields without a value are safe."""
+    robot.command = robot.command.schema(command)
+    robot.drive(robot.acting(dt), dt)
 
 
 def pose(state: DefDict | Mapping[str, Any]) -> tuple[float, float, float]:

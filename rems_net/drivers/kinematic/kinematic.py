@@ -83,7 +83,7 @@ class Kinematic(Model):
             for path, value in gone.items():
                 state[path] = _plain(value)
         if self.correction is not None:
-            self.correction.add(before, command, dt)
+            self.correction.add(before, self.command, dt)
         if self.accelerometers:
             self._dt, self.went = dt, self.goes
             self.goes = motion(state, self.rates(state, command))
