@@ -21,7 +21,7 @@ SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: what needs a robot of an open fabric is run by tests/firmware/emulated/test_remote.py
 #: and what drives devices, which are never twice the same, by tests/test_paper.py;
 #: what draws pictures takes long, and is run once, below
-APART = ('"remote"', "emulated", '"epuck_camera"')
+APART = ('"remote"', "emulated", '"epuck_camera"', '"camera"')
 ALONE = [s for s in SCRIPTS if not any(w in s.read_text("utf-8") for w in APART)]
 FILES = sorted(EXAMPLES.glob("*.toml"))
 
@@ -154,3 +154,15 @@ def test_the_ball_is_found(copy: Path) -> None:
     assert dist(found["bot"], (0.4, 0.2)) < 0.2
     (album,) = copy.glob("runs/find_ball/bot.camera")
     assert [path.name for path in sorted(album.iterdir())][-1] == "000080.png"
+
+
+def test_a_robot_drives_to_a_point_by_its_marker(copy: Path) -> None:
+    pytest.importorskip("apriltag")
+    try:
+        look_for_renderer()
+    except MissingPartError as error:
+        pytest.skip(str(error))
+    done = rems(copy, "run", "--direct", "by_eye.py")
+    assert done.returncode == 0, done.stderr
+    found = last(copy / "runs", "state/x [m]", "state/y [m]")
+    assert dist(found["bot"], (0.2, 0.15)) < 0.02

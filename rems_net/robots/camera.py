@@ -74,7 +74,6 @@ class Camera(Definition):
             "grain": number(range=(0, 100), doc="of the chip, of 255, with noise"),
         }
     )
-    #: nothing has to command it
     obeys: ClassVar[bool] = False
     command = In(Schema("camera.command", {}))
     state = Out(Schema("camera.state", {}))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -43,7 +45,7 @@ def board(view: View) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
     met = view.meet(view.straightened(pixels), 0.0)
     assert met is not None
-    cell = np.floor(met / 0.03).astype(int) + (4, 3)
+    cell = np.floor(met / 0.03).astype(int) + np.array([4, 3])
     inside = ((cell >= 0) & (cell < (8, 6))).all(axis=1)
     dark = inside & (cell.sum(axis=1) % 2 == 0)
     return np.where(dark, 30, 220).astype(np.uint8).reshape(480, 640)
@@ -51,7 +53,7 @@ def board(view: View) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
 
 def test_a_lens_comes_from_pictures_of_a_board() -> None:
     lens = Lens(640, 480, 560.0, 565.0, 325.0, 236.0, (-0.2, 0.05, 0.0, 0.0, 0.0))
-    pictures = []
+    pictures: list[Any] = []
     for heading, pitch in [(0, -90), (30, -60), (120, -60), (210, -55), (300, -65)] * 2:
         turn = turn_of(*np.radians([heading, pitch, 5 * len(pictures)]))
         eye = np.array([0.01, -0.01, 0.0]) - 0.45 * turn[:, 0]
