@@ -65,7 +65,8 @@ class Webcam:
 
     def __init__(self, number: int, width: int, height: int):
         cv = _cv()
-        cv.setLogLevel(0)  # otherwise it writes to the terminal
+        log = cv.utils.logging
+        log.setLogLevel(log.LOG_LEVEL_SILENT)  # it would write to the terminal
         self._device = cv.VideoCapture(number)
         if not self._device.isOpened():
             raise OSError(f"no webcam {number} opens")

@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.robot import combine
 from rems_net.bodies.lens import Lens
+from rems_net.drivers.hardware.webcam import Webcam
 from rems_net.errors import AgentError, SchemaError
 from rems_net.eyes.opencv import check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
+from rems_net.robots.camera import Camera
 
 pytest.importorskip("cv2")
 
 
 def test_no_webcam_is_a_sentence_with_a_list_to_check() -> None:
-    lab = Experiment("eyes", duration=1.0)
-    lab.robot("cam", "camera", "webcam", options={"number": 99})
-    with pytest.raises(AgentError) as caught, lab.engine() as engine:
-        engine.step()
+    robot = combine(Camera, Webcam)("cam", options={"number": 99})
+    robot.prepare()
+    with pytest.raises(AgentError) as caught:
+        robot.open()
+    robot.close()
     text = str(caught.value)
     assert "no webcam 99 opens" in text
     assert "2. that no other program uses it" in text
