@@ -113,6 +113,14 @@ class Camera(Definition):
         )
         return Body(TRIPOD, sensors=(eye,), fixed=True)
 
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
+        """Return nothing: it stands still."""
+        return {}
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return lens and place; only physics draws the picture."""
+        return self.still()
+
     def noise(self) -> Mapping[str, Noise]:
         """Return no noise of numbers: blur and grain are of the picture."""
         return {}
