@@ -38,7 +38,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
         "create2": "rems_net.robots.create2:Create2",
-        "camera": "rems_net.robots.camera:Camera",
+        "camera": "rems_net.robots.eyes.camera:Camera",
         "dynabot": "rems_net.robots.dynabot:Dynabot",
         "epuck": "rems_net.robots.epuck:Epuck",
         "epuck_camera": "rems_net.robots.epuck:EpuckWithCamera",

@@ -17,7 +17,7 @@ from rems_net.errors import AgentError, SchemaError
 from rems_net.eyes.opencv import check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
-from rems_net.robots.camera import Camera
+from rems_net.robots.eyes.camera import Camera
 
 pytest.importorskip("cv2")
 

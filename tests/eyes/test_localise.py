@@ -16,7 +16,7 @@ from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.eyes.finder import Finder, Target
-from rems_net.robots.camera import Camera
+from rems_net.robots.eyes.camera import Camera
 from rems_net.units import percent
 from tests.drivers.physics.eyes import why_not
 from tests.eyes.paper import SIZE, Grey, Painted, above, pasted
