@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rems_net import Experiment, In, Out, Process, Schema, Tick
+from rems_net.agents.experiment.file import load
 from rems_net.bodies.body import Marker
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import ExperimentError
@@ -18,8 +20,10 @@ from rems_net.events import Event, listening
 from rems_net.eyes.finder import Finder, Target
 from rems_net.robots.eyes.camera import Camera
 from rems_net.units import percent
+from tests.commands import ROOT
 from tests.drivers.physics.eyes import why_not
 from tests.eyes.paper import SIZE, Grey, Painted, above, pasted
+from tests.pages import blocks
 
 pytest.importorskip("apriltag")
 
@@ -235,3 +239,13 @@ def test_clutter_is_no_marker_in_ten_thousand_pictures() -> None:
     }
     wrong = sum(len(looking.look(clutter(random))[0]) for _ in range(10_000))
     assert wrong == 0
+
+
+def test_the_experiment_of_the_page(tmp_path: Path) -> None:
+    if why := why_not(Mujoco):
+        pytest.skip(why)
+    (tmp_path / "eyes.toml").write_text(blocks(ROOT / "docs" / "eyes.md", "toml")[0])
+    with load(tmp_path / "eyes.toml").engine() as engine:
+        engine.step(2)
+        assert pose(engine).x == pytest.approx(0.0, abs=3e-4)
+        assert pose(engine).tick == 2
