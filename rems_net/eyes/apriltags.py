@@ -12,8 +12,8 @@ from rems_net.libraries import load
 
 #: px. Blur of a softer picture. A marker in a hundred is found in one of the two only.
 SOFT = 0.8
-#: Wrong bits that are mended: with 2 and more, clutter is taken for markers.
-MENDED = 1
+#: Wrong bits that are mended. With 1, one random pattern in a million is a marker.
+MENDED = 0
 #: Contrast of bits below which a finding is clutter, in levels of brightness.
 FAINT = 8.0
 
