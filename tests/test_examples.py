@@ -23,7 +23,7 @@ SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: what needs a robot of an open fabric is run by tests/firmware/emulated/test_remote.py
 #: and what drives devices, which are never twice the same, by tests/test_paper.py;
 #: what draws pictures takes long, and is run once, below; so is what learns
-APART = ('"remote"', "emulated", '"epuck_camera"', "rems_net.gym")
+APART = ('"remote"', "emulated", '"epuck_camera"', '"camera"', "rems_net.gym")
 ALONE = [s for s in SCRIPTS if not any(w in s.read_text("utf-8") for w in APART)]
 FILES = sorted(EXAMPLES.glob("*.toml"))
 
@@ -222,3 +222,15 @@ def test_a_policy_is_trained(copy: Path, rounds: int, near: float) -> None:
     assert max(float(away) for _, away in found) < near
     assert found[1][1] == found[2][1]  # MuJoCo here, and on a fabric
     assert (copy / "paths.png").stat().st_size > 5_000
+
+
+def test_a_robot_drives_to_a_point_by_its_marker(copy: Path) -> None:
+    pytest.importorskip("apriltag")
+    try:
+        look_for_renderer()
+    except MissingPartError as error:
+        pytest.skip(str(error))
+    done = rems(copy, "run", "--direct", "by_eye.py")
+    assert done.returncode == 0, done.stderr
+    found = last(copy / "runs", "state/x [m]", "state/y [m]")
+    assert dist(found["bot"], (0.2, 0.15)) < 0.02

@@ -41,7 +41,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "definition": {
         "woodbot": "rems_net.robots.woodbot:Woodbot",
         "create2": "rems_net.robots.create2:Create2",
-        "camera": "rems_net.robots.camera:Camera",
+        "camera": "rems_net.robots.eyes.camera:Camera",
         "dynabot": "rems_net.robots.dynabot:Dynabot",
         "epuck": "rems_net.robots.epuck:Epuck",
         "epuck_camera": "rems_net.robots.epuck:EpuckWithCamera",
@@ -61,7 +61,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "create2": "rems_net.drivers.hardware.create2.open_interface:OpenInterface",
         "woodbot-ws": "rems_net.drivers.hardware.woodbot_websocket:OriginalFirmware",
         "webots": "rems_net.drivers.webots.webots:Webots",
-        "webcam": "rems_net.drivers.hardware.webcam:Webcam",
+        "webcam": "rems_net.drivers.hardware.camera.webcam:Webcam",
         "dynabot": "rems_net.drivers.hardware.dynamixel.wheels:Wheels",
         "scaler": "rems_net.drivers.hardware.dynamixel.arms:Arms",
         "remote": "rems_net.drivers.remote:Remote",

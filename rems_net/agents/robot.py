@@ -45,6 +45,8 @@ class Robot(Articulated, Agent):
 
     kind = "robot"
     max_age: ClassVar[float] = 0.5
+    #: whether it has something to command; a camera has not
+    obeys: ClassVar[bool] = True
     #: The world that the robot shares with others; None for a robot that is alone.
     shared: Shared | None = None
     #: The world that `reset` uses: the shared one, or a simulator's own.

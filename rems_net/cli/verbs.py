@@ -33,7 +33,10 @@ MORE = {
         "identify": "find a robot's parameters from how it drove",
         "repair": "give a recording its end after a power cut",
     },
-    "cameras": {"markers": "make a page of markers to print"},
+    "cameras": {
+        "markers": "make a page of markers to print",
+        "lens": "find a camera's lens from pictures of a chessboard",
+    },
     "rems": {
         "explain": "explain the code at the end of an error, such as R0104",
         "docs": "open the pages",

@@ -1,1 +1,1 @@
-"""What cameras see: markers, and where they lie."""
+"""Eyes: markers in cameras' pictures, and the places of both."""

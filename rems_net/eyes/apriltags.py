@@ -10,28 +10,31 @@ from numpy.typing import NDArray
 
 from rems_net.libraries import load
 
-#: px. Blur before edges are searched: without it noise of 6/255 hides small markers.
-BLUR = 0.8
-#: Wrong bits that are mended: with 2 and more, clutter is taken for markers.
-MENDED = 1
+#: px. Blur of a softer picture. A marker in a hundred is found in one of the two only.
+SOFT = 0.8
+#: Wrong bits that are mended. With 1, one random pattern in a million is a marker.
+MENDED = 0
 #: Contrast of bits below which a finding is clutter, in levels of brightness.
 FAINT = 8.0
 
 
 @cache
-def _detector(family: str) -> Any:
-    return load("apriltag", "camera").apriltag(family, blur=BLUR, maxhamming=MENDED)
+def _detector(family: str, blur: float) -> Any:
+    return load("apriltag", "camera").apriltag(family, blur=blur, maxhamming=MENDED)
 
 
-def found(family: str, grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[Any]]]:
+def found(
+    family: str, grey: NDArray[np.uint8], *, blurred: bool = False
+) -> list[tuple[int, NDArray[Any]]]:
     """Return the id of each marker in a picture, and its corners (4, 2), pixels.
 
     The corners begin at the lower left, and go on to the lower right.
+    blurred: whether edges are searched in a softer picture, which shows others
     """
     return [
         # The library's origin is the picture's corner, half a pixel from a middle.
         (int(one["id"]), np.asarray(one["lb-rb-rt-lt"]) - 0.5)
-        for one in _detector(family).detect(grey)
+        for one in _detector(family, SOFT if blurred else 0.0).detect(grey)
         if one["margin"] >= FAINT
     ]
 

@@ -1,5 +1,7 @@
 """Markers as cells, of every family."""
 
+from collections.abc import Set
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +22,17 @@ def cells(marker: Marker) -> NDArray[np.uint8]:
 
 
 def found(
-    family: str, grey: NDArray[np.uint8]
+    family: str, grey: NDArray[np.uint8], missing: Set[int] = frozenset()
 ) -> list[tuple[int, NDArray[np.float64]]]:
     """Return the id of each marker in a picture, and its corners (4, 2), pixels.
 
     The corners begin at the lower left of a marker, and go on to the lower right.
+    missing: ids that are searched a second time if they are not found at once
     """
     if family == ARUCO:
         return opencv.found(grey)
-    return apriltags.found(family, grey)
+    seen = apriltags.found(family, grey)
+    if missing := missing - {number for number, _ in seen}:
+        again = apriltags.found(family, grey, blurred=True)
+        seen += [one for one in again if one[0] in missing]
+    return seen

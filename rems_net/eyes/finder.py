@@ -67,6 +67,11 @@ class Finder:
     sizes: dict[int, list[float]] = field(default_factory=dict)
     #: corners (4, 2) of each marker in the last picture, by family and id
     seen: dict[tuple[str, int], Array] = field(default_factory=dict)
+    #: families and ids that are searched twice: all at first, then those just seen
+    expected: set[tuple[str, int]] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.expected = {(t.marker.family, t.marker.id) for t in self.targets.values()}
 
     @property
     def deviation(self) -> float:
@@ -75,11 +80,12 @@ class Finder:
 
     def look(self, grey: NDArray[np.uint8]) -> tuple[list[Found], list[Doubt]]:
         """Return the targets in a picture (height, width), and what is doubtful."""
-        self.seen, doubts = {}, []
+        before, self.seen, doubts = self.expected, {}, []
         sightings: list[tuple[Target, Sighting]] = []
         families = {one.marker.family for one in self.targets.values()}
         for family in sorted(families):
-            four = found(family, grey)
+            missing = {n for of, n in before if of == family}
+            four = found(family, grey, missing)
             twice = {n for n, k in Counter(n for n, _ in four).items() if k > 1}
             doubts += [("twice", number, _TWICE) for number in sorted(twice)]
             for number, pixels in four:
@@ -93,6 +99,7 @@ class Finder:
                     doubts.append((*doubt[:1], number, doubt[1]))
                 elif one is not None:
                     sightings.append((target, one))
+        self.expected = {*self.seen}
         self._learn([one for _, one in sightings])
         doubts += self._odd_sizes(sightings)
         square = self.squares / self.count

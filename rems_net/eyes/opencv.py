@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -65,16 +66,20 @@ class Webcam:
 
     def __init__(self, number: int, width: int, height: int):
         cv = _cv()
-        cv.setLogLevel(0)  # otherwise it writes to the terminal
+        log = cv.utils.logging
+        log.setLogLevel(log.LOG_LEVEL_SILENT)  # it would write to the terminal
         self._device = cv.VideoCapture(number)
         if not self._device.isOpened():
             raise OSError(f"no webcam {number} opens")
         self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
         self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
         self._size = (width, height)
-        if self.read() is None:
+        try:
+            if self.read() is None:
+                raise OSError(f"webcam {number} opens and gives no picture")
+        except OSError:
             self.close()
-            raise OSError(f"webcam {number} opens and gives no picture")
+            raise
 
     def read(self) -> NDArray[np.uint8] | None:
         """Return the next picture (height, width, 3), or None if none came.
@@ -102,6 +107,13 @@ def check_size(shape: tuple[int, ...], asked: tuple[int, int]) -> None:
             f"asked for; write width = {width} and height = {height}, with the lens "
             "of that size"
         )
+
+
+def grey_file(path: Path) -> NDArray[np.uint8] | None:
+    """Return the picture of a file without its colours, or None if it is none."""
+    cv = _cv()
+    read: NDArray[np.uint8] | None = cv.imread(str(path), cv.IMREAD_GRAYSCALE)
+    return read
 
 
 def lens_of_board(

@@ -114,7 +114,7 @@ class Localise(Process):
         """Find the robots in a new picture."""
         seen: Any = self.camera
         shot = int(seen["tick"])
-        # What follows from a picture is as old as the picture.
+        # A pose is as old as its picture.
         runtime(self).source_ticks["camera"] = shot
         age = (tick.n - shot) * runtime(self).dt
         self._doubt(tick, "frozen", -1, _FROZEN.format(age) if age > FROZEN else "")

@@ -69,11 +69,20 @@ def cells(only: Sequence[str] = ()) -> Iterator[Cell]:
                 f"There is no definition and no driver {name!r}; there is "
                 f"{', '.join(names)}.{nearest(name, names)} (R0425)"
             )
-    rows = [d for d in definitions if d in only] or list(definitions)
+    moved = [d for d, part in definitions.items() if _obeys(part)]
+    rows = [d for d in definitions if d in only] or moved
     columns = [d for d in drivers if d in only and d not in rows] or list(drivers)
     for row in rows:
         for column in columns:
             yield _cell(definitions[row], drivers[column])
+
+
+def _obeys(definition: parts.Part) -> bool:
+    """Return whether a definition is of a robot that moves; a camera's is not."""
+    try:
+        return bool(getattr(definition.load(), "obeys", True))
+    except RemsError:  # its cells have the reason
+        return True
 
 
 def _cell(definition: parts.Part, driver: parts.Part) -> Cell:

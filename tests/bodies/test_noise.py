@@ -117,8 +117,9 @@ def at_rest(name: str, driver: type[Driver], noise: bool) -> list[list[float]]:
     return found
 
 
-#: but the e-puck that sees: without its pictures, which have no noise, it is the other
-ROBOTS = [name for name in BUILT_IN["definition"] if name != "epuck_camera"]
+#: but the e-puck that sees, which without its pictures is the other, and the camera
+EYES = ("epuck_camera", "camera")
+ROBOTS = [name for name in BUILT_IN["definition"] if name not in EYES]
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -34,7 +34,7 @@ def laid(made: Plates) -> None:
 def kick(made: Plates) -> None:
     """The finder is wrong by 3 cm, 5 cm and 2 degrees about where its camera is."""
     turn = turn_of(0.03, -1.5, 0.02) if made.turn[2, 0] < -0.9 else made.turn
-    eye = made.at + (0.03, -0.02, 0.05)
+    eye = made.at + np.array([0.03, -0.02, 0.05])
     made.finder.view = View.at(made.view.lens, eye, turn)
 
 

@@ -5,20 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, In, Out, Process, Schema, Tick
+from rems_net.agents.experiment.file import load
 from rems_net.bodies.body import Marker
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.eyes.finder import Finder, Target
-from rems_net.robots.camera import Camera
+from rems_net.robots.eyes.camera import Camera
+from rems_net.units import percent
+from tests.commands import ROOT
 from tests.drivers.physics.eyes import why_not
 from tests.eyes.paper import SIZE, Grey, Painted, above, pasted
+from tests.pages import blocks
 
 pytest.importorskip("apriltag")
 
@@ -29,11 +34,11 @@ DOWN = {
 }
 
 
-def lab(pictures: Sequence[Grey], **options: Any) -> Experiment:
+def lab(pictures: Sequence[Grey], command: Any = None, **options: Any) -> Experiment:
     """A robot that stands, and a camera that shows these pictures."""
     driver = type("Painted", (Painted,), {"pictures": tuple(pictures)})
     made = Experiment("eyes", dt=0.05, duration=5.0)
-    made.robot("bot", "woodbot", "kinematic", marker=MARKER)
+    made.robot("bot", "woodbot", "kinematic", marker=MARKER, command=command)
     made.robot("cam", Camera, driver, parameters=DOWN)
     options = {"robots": "bot", **options}
     made.process("eyes", "localise", camera="robot/cam/sensors", options=options)
@@ -107,6 +112,30 @@ def test_a_frozen_camera_is_reported_and_its_poses_are_no_longer_fresh() -> None
         assert pose(engine).tick == 1
     (frozen,) = warnings(events)
     assert "the newest picture is 0.6 s old: the camera is frozen" in frozen
+
+
+class Go(Process):
+    """Drives ahead for as long as there is a pose."""
+
+    pose = In(source="process/eyes/bot")
+    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
+
+    def step(self, tick: Tick) -> None:
+        if self.pose.id >= 0:
+            self.value = {"wheel": {"left": 50.0, "right": 50.0}}
+
+
+def test_a_robot_that_obeys_a_frozen_camera_stops() -> None:
+    made = lab([pasted([(3, 0.0, 0.0)])] * 20, command="process/go")
+    made.process("go", Go)
+    with watched(), made.engine() as engine:
+        places = []
+        for _ in range(45):
+            engine.step()
+            places.append(engine["robot/bot"].state.x)
+    moves = np.diff(places)
+    assert (moves[3:20] > 0.001).all()
+    assert (moves[-12:] == 0.0).all()  # half a second after the last picture
 
 
 def test_a_mirrored_picture_is_named() -> None:
@@ -210,3 +239,13 @@ def test_clutter_is_no_marker_in_ten_thousand_pictures() -> None:
     }
     wrong = sum(len(looking.look(clutter(random))[0]) for _ in range(10_000))
     assert wrong == 0
+
+
+def test_the_experiment_of_the_page(tmp_path: Path) -> None:
+    if why := why_not(Mujoco):
+        pytest.skip(why)
+    (tmp_path / "eyes.toml").write_text(blocks(ROOT / "docs" / "eyes.md", "toml")[0])
+    with load(tmp_path / "eyes.toml").engine() as engine:
+        engine.step(2)
+        assert pose(engine).x == pytest.approx(0.0, abs=3e-4)
+        assert pose(engine).tick == 2

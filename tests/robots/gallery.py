@@ -26,7 +26,8 @@ BEGIN, END = "<!-- python -m tests.robots.gallery -->", "<!-- end -->"
 
 def names() -> list[str]:
     """The built-in robots that have a body."""
-    return [n for n in registry.BUILT_IN["definition"] if isinstance(made(n), Embodied)]
+    every = [made(n) for n in registry.BUILT_IN["definition"]]
+    return [one.name for one in every if isinstance(one, Embodied) and one.obeys]
 
 
 def made(name: str) -> Definition:

@@ -71,3 +71,7 @@ class Webcam(Driven):
         if self._open is not None:
             self._open.close()
         self._open = None
+
+    def explain(self, error: OSError) -> str:
+        """Return the sentence of an error: it is OpenCV's, or our own."""
+        return str(error)

@@ -74,7 +74,6 @@ class Camera(Definition):
             "grain": number(range=(0, 100), doc="of the chip, of 255, with noise"),
         }
     )
-    #: nothing has to command it
     obeys: ClassVar[bool] = False
     command = In(Schema("camera.command", {}))
     state = Out(Schema("camera.state", {}))
@@ -113,6 +112,14 @@ class Camera(Definition):
             stamp="tick",
         )
         return Body(TRIPOD, sensors=(eye,), fixed=True)
+
+    def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
+        """Return nothing: it stands still."""
+        return {}
+
+    def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
+        """Return lens and place; only physics draws the picture."""
+        return self.still()
 
     def noise(self) -> Mapping[str, Noise]:
         """Return no noise of numbers: blur and grain are of the picture."""
