@@ -51,18 +51,29 @@ def listening_at(
 def serve(server: Server | RecordedServer, sock: socket.socket) -> None:
     """Serve pages at a bound socket until interrupted; then close what they show."""
 
+    before = {}
+
     async def until_cancelled() -> None:
         # asyncio cancels at Ctrl+C. An exception of another signal's handler could be
         # raised in asyncio itself, between a task's end and the one that awaits it.
-        cancel = signal.getsignal(signal.SIGINT)
+        loop, task = asyncio.get_running_loop(), asyncio.current_task()
+        assert task is not None
         for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
             sign = getattr(signal, name, None)
             if sign and callable(signal.getsignal(sign)):
-                signal.signal(sign, cancel)
+                before[sign] = signal.signal(
+                    sign, lambda *_: loop.call_soon_threadsafe(task.cancel)
+                )
         async with await server.listen(sock):
             await server.run()
 
-    asyncio.run(until_cancelled())
+    try:
+        asyncio.run(until_cancelled())
+    except asyncio.CancelledError:
+        raise KeyboardInterrupt from None
+    finally:
+        for sign, handler in before.items():
+            signal.signal(sign, handler)
 
 
 def rejoin(name: str, at: str) -> Fabric:
