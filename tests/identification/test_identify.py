@@ -116,8 +116,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert all(182 <= count <= 196 for count in held(range(200)).values())
 
 
-def test_an_unseen_half_is_predicted_better() -> None:
-    drive, true = planted(1)
+def test_an_unseen_part_is_predicted_better() -> None:
+    random, true = np.random.default_rng(1), {"track": 0.1, "max_wheel_speed": 6.6}
+    drive = driven(true, keys(random, 100), keys(random, 100), random)
     found = identify([drive], Woodbot, parameters={"arena_radius": 0})
     assert set(found.adopted()) == {"track", "max_wheel_speed"}
     for one in found.parameters:
