@@ -20,6 +20,8 @@ POSE = ("x", "y", "heading")
 #: Rows before a free run whose commands a correction may know.
 MEMORY = 20
 Parameters = dict[str, Any]
+#: parameters of the class, on a floor without a wall
+FOUND: Parameters = {"arena_radius": "0 m"}
 
 
 def step_of(drive: Drive) -> float:
@@ -45,6 +47,12 @@ def learner(parameters: Parameters, **options: object) -> Residual:
     found.settle("state", like.state.schema)
     found.open()
     return found
+
+
+def save(folder: Path, weights: Weights) -> Path:
+    path = folder / "weights.json"
+    weights.write(path)
+    return path
 
 
 def learned(drive: Drive, parameters: Parameters) -> Weights:
