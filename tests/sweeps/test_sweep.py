@@ -21,7 +21,7 @@ from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
 from tests.agents.runs import until
-from tests.commands import command, environment, inside, rems
+from tests.commands import command, environment, inside, python, rems
 from tests.sweeps.labs import content, lab, written
 
 SETTINGS = {"input/weave.speed": "0.1..0.3 m/s/3", "input/weave.wild": [0.5, 1.0]}
@@ -303,3 +303,29 @@ def test_a_pool_leaves_no_process() -> None:
     assert os.getpid() not in pids
     for pid in pids:
         until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists())  # type: ignore[misc]
+
+
+SCRIPT = """
+from rems_net import Experiment, Input, Out, Woodbot, sweep
+
+
+class Ahead(Input):
+    value = Out(Woodbot.command)
+
+    def read(self, tick):
+        return {"wheel": {"left": 2.0, "right": 3.0}}
+
+
+print("once")
+lab = Experiment("script", duration="1 s")
+lab.input("ahead", Ahead)
+lab.robot("sim", "woodbot", "kinematic", command="input/ahead")
+print(len(sweep(lab, seeds=4, workers=2)))
+"""
+
+
+def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
+    """Two workers that start at a time both leave its sweep alone."""
+    (tmp_path / "script.py").write_text(SCRIPT)
+    done = python(tmp_path, "script.py")
+    assert (done.stdout, done.stderr, done.returncode) == ("once\n4\n", "", 0)
