@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager, suppress
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.experiment import origins
@@ -29,7 +29,16 @@ from rems_net.sweeps.pool import Pool, cores
 from rems_net.sweeps.progress import Progress
 from rems_net.sweeps.store import Store
 from rems_net.sweeps.swept import Swept
-from rems_net.sweeps.work import FAILED, Made, Row, Run, built, described, varied, work
+from rems_net.sweeps.work import (
+    FAILED,
+    Made,
+    Row,
+    Run,
+    described,
+    replaced,
+    varied,
+    work,
+)
 
 #: runs of the largest sweep that is not asked for by its number
 MOST = 100_000
@@ -81,7 +90,7 @@ def sweep(
     _check_size(check_points(factors, samples, points), len(every), most)
     runs = [*_runs(lab.seed, factors, samples, points, every)]
     spec = described(lab, _variants(lab, runs), some)
-    columns = _check(spec, runs)
+    columns = _check(lab, runs, some)
     store = Store(Path(out or Path("runs") / f"{lab.name}_sweep"), len(runs))
     what = json.dumps([spec, [run.point for run in runs], every], default=str)
     with locked(store.path):
@@ -165,21 +174,25 @@ def _variants(lab: Experiment, runs: Sequence[Run]) -> Manifest:
     return replace(spec, sources=dict(sorted(sources.items())), versions=versions)
 
 
-def _check(spec: str, runs: Sequence[Run]) -> list[str]:
+def _check(lab: Experiment, runs: Sequence[Run], some: Sequence[str]) -> list[str]:
     """Try the first and last value of each factor; return the names of the measures.
 
     Raises ExperimentError.
     """
-    base: dict[str, Any] = json.loads(spec)
     tried: list[str] = []
     for run in (runs[0], runs[-1]):
+        tryout = copy(lab)
+        tryout.plans = {
+            key: replace(plan, classes=[*plan.classes], sources=dict(plan.sources))
+            for key, plan in lab.plans.items()
+        }
         try:
-            lab = built(base, run)
-            agents = varied(lab, run)
+            replaced(tryout, run)
+            agents = varied(tryout, run)
         except ExperimentError as error:
             raise ExperimentError(f"{uncoded(error)} (R1021)") from None
-        check_direct(lab.plans, agents)
-        tried = [one.name for one in measures(base["measures"], agents)]
+        check_direct(tryout.plans, agents)
+        tried = [one.name for one in measures(some, agents)]
     return tried
 
 

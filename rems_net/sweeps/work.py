@@ -154,6 +154,13 @@ def _stepped(
     return [one.value(kept, units) for one in some]
 
 
+def replaced(lab: Experiment, run: Run) -> None:
+    """Give an experiment the classes of a run. Raises ExperimentError."""
+    for key, cls in run.point.items():
+        if key in lab.plans:
+            replace_in(lab, key, str(cls))
+
+
 def varied(lab: Experiment, run: Run) -> dict[str, Agent]:
     """Give an experiment the seed and the settings of a run; return its agents.
 
@@ -181,9 +188,7 @@ def built(spec: Mapping[str, Any], run: Run) -> Experiment:
     try:
         plans = read_plans(spec["agents"], lab.folder, lab.dt)
         lab.plans = {plan.key: plan for plan in plans}
-        for key, cls in run.point.items():
-            if key in lab.plans:
-                replace_in(lab, key, str(cls))
+        replaced(lab, run)
     except RemsError as error:
         raise _unlike(spec, uncoded(error).rstrip(".")) from None
     _check_alike(spec, lab)
