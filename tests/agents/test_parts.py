@@ -250,9 +250,8 @@ def test_a_type_that_is_no_name() -> None:
     with pytest.raises(ExperimentError) as caught:
         Experiment().process("p", five)
     assert str(caught.value) == (
-        "process 'p': process is 5; expected a name, such as 'my_file.py:MyClass', or "
-        "a class."
-        " (R0426)"
+        "process 'p': process is 5; expected a name, such as "
+        f"{next(iter(registry.BUILT_IN['process']))!r}, or a class. (R0426)"
     )
 
 
