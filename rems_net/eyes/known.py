@@ -1,4 +1,4 @@
-"""Known: markers at known places, which tell where a camera is."""
+"""Known: markers at known places, from which to find where a camera is."""
 
 from collections.abc import Sequence
 from math import degrees

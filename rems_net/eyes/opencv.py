@@ -14,7 +14,8 @@ from rems_net.libraries import load
 
 #: px of a side of the windows in which a corner is refined
 WINDOW = 5
-#: pictures of a board that a lens needs: fewer do not tell fx from the distance
+#: Pictures of a board that a lens needs: with fewer, fx and the distance cannot be
+#: parted.
 BOARDS = 5
 
 

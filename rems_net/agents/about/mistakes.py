@@ -84,7 +84,7 @@ def never_set(agents: Iterable[Agent]) -> str:
 
 
 class Totals(Protocol):
-    """What counts values that were dropped: an In of an engine."""
+    """Counter of dropped values: an In of an engine."""
 
     def total(self) -> None:
         """Warn how many, and why."""

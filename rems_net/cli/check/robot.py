@@ -51,4 +51,5 @@ def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subjec
                 f"rems check woodbot {definition} (R0904)"
             )
     settings = slots(values(told, "options.substeps=4"))
+    settings.pop("marker")  # no camera looks at it
     return Subject.of(definition, driver or "kinematic", Path(), **settings)
