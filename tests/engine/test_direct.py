@@ -121,9 +121,12 @@ def test_ctrl_c_ends_it(weave: Path) -> None:
         text=True,
     )
     log = weave / "runs" / "weave" / "cart.csv"
-    until(lambda: log.exists() and log.stat().st_size > 1000)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=20)
+    try:
+        until(lambda: log.exists() and log.stat().st_size > 1000)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=20)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert quiet(said).startswith("rems: Interrupted after tick ")
     assert said.endswith("what the outputs had written is in runs/weave.\n")
