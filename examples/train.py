@@ -5,20 +5,20 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-import rems_net.gym
 from rems_net import Experiment
+from rems_net.gym import make as environment
 
 GOAL, TRIES, ROUNDS = (0.2, 0.15), 24, 12
 NOW, BEFORE = "hypot(x - 20 cm, y - 15 cm)", "hypot(before.x - 20 cm, before.y - 15 cm)"
 
 
 def make(driver: str, **more: Any) -> Any:
-    lab = Experiment("train", dt="100 ms")
+    lab = Experiment("train", dt="100 ms", duration="6 s")
     lab.robot("sim", "woodbot", driver)
     more |= {"act": "robot/sim/command", "observe": "robot/sim/state"}
-    more |= {"reward": f"{BEFORE} - {NOW}", "ends": f"{NOW} < 2 cm", "limit": "6 s"}
+    more |= {"reward": f"{BEFORE} - {NOW}", "ends": f"{NOW} < 2 cm"}
     start = {"robot/sim.heading": "-180..180 deg"}
-    return rems_net.gym.make(lab, normalise=True, start=start, **more)
+    return environment(lab, normalise=True, start=start, **more)
 
 
 def drive(env: Any, weights: Any, seed: int) -> tuple[float, Any]:
@@ -41,11 +41,10 @@ if __name__ == "__main__":
         gains = [sum(drive(env, one, 4 * n + i)[0] for i in range(4)) for one in tries]
         best = tries[np.argsort(gains)[-6:]]
         middle, spread = best.mean(axis=0), best.std(axis=0) + 0.05
-    places = {"mujoco": make("mujoco"), "fabric": make("mujoco", fabric=True)}
-    for name, place in {"kinematic": env, **places}.items():
-        _, path = drive(place, middle, seed=1000)
+    there = {"mujoco": make("mujoco"), "fabric": make("mujoco", fabric=True)}
+    for name, place in {"kinematic": env, **there}.items():
+        path = drive(place, middle, seed=1000)[1]
         place.close()
         print(f"{name}: {np.hypot(*(path[-1] - GOAL)):.3f} m from the goal")
         plt.plot(*path.T, "--" if name == "fabric" else "-", label=name)
-    plt.legend()
-    plt.savefig("paths.png")
+    plt.legend().get_figure().savefig("paths.png")  # type: ignore[union-attr]
