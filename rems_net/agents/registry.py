@@ -303,6 +303,7 @@ def load_file(path: Path, name: str = "") -> ModuleType:
 
 
 def loaded_files() -> list[Path]:
-    """Return the users' files that this process has loaded, in order."""
+    """Return the users' files that this process has loaded, and that still exist."""
     modules = [m for n, m in sys.modules.items() if n.startswith("rems_script:")]
-    return [Path(str(module.__file__)) for module in modules]
+    paths = [Path(str(module.__file__)) for module in modules]
+    return [path for path in paths if path.exists()]

@@ -11,8 +11,9 @@ EXAMPLES = """\
 examples:
   rems lens runs/eyes/cam.picture --board 9x6    9 by 6 inner corners
 
-It prints the line of parameters for the experiment's file. Ten pictures of a chessboard
-from several sides are enough; an output of type pictures keeps those of a webcam.
+It prints the line of parameters for the experiment's file. Ten pictures of a
+chessboard from several sides are enough; an output of type pictures keeps those
+of a webcam.
 """
 #: endings of files that are read
 PICTURES = {".png", ".jpg", ".jpeg", ".bmp"}

@@ -102,7 +102,11 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
     """Return a verb's call and the first paragraph of its docstring."""
     method = getattr(cls, name)
     signature = inspect.signature(method)
-    words = list(signature.parameters.values())[1:]
+    # An annotation of a module with `from __future__ import annotations` is source.
+    words = [
+        word.replace(annotation=word.empty) if type(word.annotation) is str else word
+        for word in list(signature.parameters.values())[1:]
+    ]
     call = signature.replace(parameters=words, return_annotation=signature.empty)
     doc = (inspect.getdoc(method) or "").partition("\n\n")[0]
     return f"{name}{call}", " ".join(doc.split())

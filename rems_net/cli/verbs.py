@@ -11,7 +11,6 @@ VERBS = {
     "plot": "draw a run that is over",
     "compare": "compare the robots of a run that is over",
     "rerun": "do a recorded run again, and compare it to the bit",
-    "sweep": "run an experiment many times, into one table",
     "list": "list the agents on the fabric",
     "get": "read values by their key",
     "watch": "follow values as they change",
@@ -25,6 +24,7 @@ VERBS = {
 #: subject -> verbs of it that are needed less often, with their effects
 MORE = {
     "agents": {"call": "call a method of an agent"},
+    "experiments": {"sweep": "run one many times, into one table"},
     "recordings": {
         "info": "show what is in the recording of a run",
         "export": "write a recording as CSV or Parquet files",

@@ -36,7 +36,7 @@ class Simulated(Driver):
     options = Settings(noise=NOISE)
     _noisy: Noisy | None = None
     #: None if the motors do at once what is commanded
-    _motors: Actuators | None = None
+    _actuators: Actuators | None = None
 
     def prepare(self) -> None:
         """Check that the definition states its noise, if the option asks for it."""
@@ -55,12 +55,12 @@ class Simulated(Driver):
     def rewind(self) -> None:
         """Start again, with motors at rest and the same noise."""
         super().rewind()
-        self._motors = Actuators.of(self.parameters, self.command)
+        self._actuators = Actuators.of(self.parameters, self.command)
         self.begin_noise()
 
     def acting(self, dt: float) -> DefDict:
         """Return what the motors make of the command in the next `dt` seconds."""
-        motors, command = self._motors, self.command
+        motors, command = self._actuators, self.command
         return command if motors is None else motors.acting(command, dt)
 
     def begin_noise(self) -> None:

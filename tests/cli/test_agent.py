@@ -251,7 +251,8 @@ def test_a_recording_has_the_length_of_the_ticks_of_its_fabric(
         (
             ["robot", "woodbot", "kinematic", "--set", "track=1"],
             "rems: --set track=1: expected parameters.NAME or options.NAME or "
-            "initial.NAME for this robot, such as --set parameters.track=1",
+            "initial.NAME or marker.NAME for this robot, such as --set "
+            "parameters.track=1",
         ),
         (
             ["input", "csv", "--set", "file=keys.csv"],

@@ -184,8 +184,14 @@ def test_one_part_closely(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "show", "woodbot")
     assert text.startswith("woodbot: definition, built-in\n\nA two-wheeled robot")
     assert WOODBOT in text
-    assert "  mass             kg     0.03 to 10     0.12      in all; weighed" in text
-    assert "  reset()  Put it back to where the experiment starts" in text
+    assert (
+        "  mass                        kg     0.03 to 10     0.12      in all; weighed"
+        in text
+    )
+    assert (
+        "  reset(seed=None, initial=None)  Put it back to where the experiment starts"
+        in text
+    )
     assert "rems_net/robots/woodbot.py" in text.replace(os.sep, "/")
     assert text.endswith(USE)
 

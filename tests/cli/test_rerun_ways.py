@@ -93,7 +93,7 @@ def test_one_agent_alone_against_its_recorded_ins(three: Path) -> None:
     same = inside("rerun", "run", "--only", "process/watch", folder=three)
     assert (same.returncode, SAME in same.stdout) == (0, True), same
     unknown = inside("rerun", "run", "--only", "process/w", folder=three)
-    assert "there is no agent 'process/w' in the recording" in unknown.stderr
+    assert "there is no agent 'process/w' in again" in unknown.stderr
 
 
 def test_how_far_apart_a_robot_is_now(tmp_path: Path) -> None:

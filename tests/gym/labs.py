@@ -8,7 +8,8 @@ import rems_net.gym
 from rems_net import Experiment
 from rems_net.agents.registry import BUILT_IN
 
-ROBOTS = [*BUILT_IN["definition"]]
+#: a camera alone has no command
+ROBOTS = [one for one in BUILT_IN["definition"] if one != "camera"]
 COMMAND, STATE, SENSORS = (
     f"robot/sim/{one}" for one in ("command", "state", "sensors")
 )

@@ -147,9 +147,9 @@ def test_every_machine_chunk_is_in_the_table() -> None:
         if path.name != "access.py" and path.parent.name != "defdict":
             found |= set(re.findall(r'["/](@[a-z]+)\b', path.read_text("utf-8")))
     assert found
-    # The calls of a robot are a port within its process, and no key; in the event of a
-    # call, a command and STOP have a name that no verb has.
-    assert found - {"@calls", "@put", "@hold"} <= set(access.MACHINERY)
+    # The calls of a robot, and the poses of ghosts, are ports within a process, and no
+    # keys; in the event of a call, a command and STOP have a name that no verb has.
+    assert found - {"@calls", "@ghosts", "@put", "@hold"} <= set(access.MACHINERY)
 
 
 # -- who is let in -------------------------------------------------------------------

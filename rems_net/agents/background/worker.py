@@ -47,9 +47,9 @@ class Worker:
 
         Raises RuntimeError if the process itself dies.
         """
-        with _MAIN:
-            self._pipe.send((function, args))
         try:
+            with _MAIN:
+                self._pipe.send((function, args))
             result, error = self._pipe.recv()
         except (EOFError, OSError):
             self._process.join()

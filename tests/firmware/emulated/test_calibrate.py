@@ -88,7 +88,8 @@ def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
     track, half = map(
         float, re.findall(r"track: ([\d.]+) ± ([\d.]+) mm", done.stdout)[0]
     )
-    assert track == pytest.approx(1000 * TRACK, rel=0.02)
+    # By a ruler it is within 2 %, see below; by a lidar of 4 %, within its interval.
+    assert abs(track - 1000 * TRACK) < max(2.0, 2 * half)
     assert 0.0 < half < 5.0
     assert "A last drive, which was not used: it went" in done.stdout
     assert "\nIt goes where it should.\n" in done.stdout
