@@ -41,7 +41,7 @@ def look_for(library: str, extra: str) -> None:
         raise MissingPartError(
             f"{lack} (R0301)"
             if (lack := no_wheels(library))
-            else f"The driver {extra} needs the library {library}, which is not "
+            else f"This needs the library {library}, which is not "
             f'installed. Type: pip install "rems-net[{extra}]" (R0301)'
         )
 

@@ -38,6 +38,11 @@ def run(args: argparse.Namespace) -> int:
     # "40mm", as people type it here, is "40 mm" everywhere else.
     size = re.sub(r"(?<=\d)(?=[a-zA-Z])", " ", args.size)
     ids = [*_ids(args.ids)]
+    if re.fullmatch(r"[\d.,\s]+", size):
+        raise ExperimentError(
+            f"--size {args.size!r}: expected a length with its unit, such as "
+            f"{args.size.strip()}mm. (R1106)"
+        )
     length = MARKER({"size": size})["size"]
     made = pages([Marker(args.family, number, length) for number in ids])
     for number, page in enumerate(made, 1):

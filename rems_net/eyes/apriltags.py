@@ -1,7 +1,9 @@
 """AprilTags: their pictures, and their corners in a picture."""
 
 import ctypes
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cache
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,14 @@ FAINT = 8.0
 
 @cache
 def _detector(family: str, blur: float) -> Any:
-    return load("apriltag", "camera").apriltag(family, blur=blur, maxhamming=MENDED)
+    return _module().apriltag(family, blur=blur, maxhamming=MENDED)
+
+
+@cache
+def _module() -> Any:
+    # Without OpenCV it prints advice about a function that nothing here calls.
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        return load("apriltag", "camera")
 
 
 def found(
@@ -67,7 +76,7 @@ def cells(family: str, number: int) -> NDArray[np.uint8]:
 @cache
 def _library() -> Any:
     """Return the C library beside the module, which Python's module does not show."""
-    folder = Path(load("apriltag", "camera").__file__).parent
+    folder = Path(_module().__file__).parent
     beside = [*folder.glob("*apriltag*"), *folder.parent.glob("apriltag*.libs/*")]
     for path in sorted(beside):
         if path.suffix in (".so", ".dylib", ".dll", ".pyd"):

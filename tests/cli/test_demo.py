@@ -43,7 +43,7 @@ def what_it_leaves(folder: Path, said: str) -> None:
     for name in made:
         assert f"runs/demo/{name}" in said
     for missing in {"mujoco", "pybullet"} - set(INSTALLED):
-        why = no_wheels(missing) or f"The driver {missing} needs the library {missing},"
+        why = no_wheels(missing) or f"This needs the library {missing},"
         assert f"without {missing}: {why}" in said
 
 

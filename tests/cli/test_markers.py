@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +61,7 @@ def test_many_markers_are_several_pages(
     [
         (["x"], "'x' names no markers; write ids such as 0-9 or 3,7. (R1106)"),
         (["600"], "markers 0 to 586; got id = 600. (R1102)"),
+        (["3", "--size", "40"], "expected a length with its unit, such as 40mm."),
         (["3", "--size", "200mm"], "choose a smaller size. (R1106)"),
         (["3", "--size", "0mm"], 'such as "40 mm"; got 0 m. (R1102)'),
     ],
@@ -73,3 +76,11 @@ def test_a_page_that_cannot_be(
     monkeypatch.chdir(tmp_path)
     assert main(["markers", *words]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_without_opencv_nothing_else_is_printed() -> None:
+    """The library of AprilTags advises to install it, for what nobody calls here."""
+    words = "import sys; sys.modules['cv2'] = None\n"
+    words += "from rems_net.eyes.apriltags import cells; cells('tag36h11', 3)"
+    ran = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True)
+    assert (ran.returncode, ran.stdout + ran.stderr) == (0, "")

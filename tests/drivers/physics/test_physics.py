@@ -345,7 +345,7 @@ def test_a_library_that_is_not_installed_is_named(
     with pytest.raises(MissingPartError) as caught:
         combine(Woodbot, engine)("r").prepare()
     missing = (
-        f"The driver {name} needs the library {name}, which is not installed. Type: "
+        f"This needs the library {name}, which is not installed. Type: "
         f'pip install "rems-net[{name}]"'
     )
     assert str(caught.value) == f"{no_wheels(name) or missing} (R0301)"
