@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     )
     from rems_net.identification.recorded import identify
     from rems_net.maths import atan2, cos, exp, hypot, log, sin, sincos, tan
+    from rems_net.recordings.parting.together import together
     from rems_net.recordings.recording import read
     from rems_net.robots.create2 import Create2
     from rems_net.robots.differential import Differential
@@ -77,6 +78,7 @@ _HOMES = {
     ),
     "rems_net.identification.recorded": "identify",
     "rems_net.maths": "atan2 cos exp hypot log sin sincos tan",
+    "rems_net.recordings.parting.together": "together",
     "rems_net.recordings.recording": "read",
     "rems_net.robots.create2": "Create2",
     "rems_net.robots.differential": "Differential",
@@ -151,6 +153,7 @@ __all__ = [
     "sincos",
     "sweep",
     "tan",
+    "together",
     "verb",
 ]
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from rems_net.cli.options import plain_table, show_path, warn
 from rems_net.errors import ExperimentError, MissingPartError
-from rems_net.recordings.comparison import Pair, Trajectory, compare
+from rems_net.recordings.comparison import Pair, Trajectory
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
+from rems_net.recordings.parting.together import Together
 from rems_net.recordings.parting.why import reference
 from rems_net.recordings.picture import draw
 from rems_net.recordings.recording import Recording
@@ -29,7 +30,7 @@ SHOWN, WIDE = 9, 80
 def report(out: Console, title: str, recording: Recording) -> None:
     """Print how far apart robots were, if there are two, and draw a picture of it."""
     robots = recording.trajectories()
-    pairs = compare(robots)
+    pairs = recording.pairs(robots)
     others = recording.differences({robot.name for robot in robots})
     if pairs:
         _picture(out, title, recording.folder, robots, pairs)
@@ -70,7 +71,8 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
     With many robots it has one line for each, compared with the reference robot.
     """
     first = reference([*dict.fromkeys(n for one in pairs for n in (one.a, one.b))])
-    few = len(pairs) <= MANY
+    # Robots of two runs are compared with themselves only: no one is in all pairs.
+    few = len(pairs) <= MANY or sum(first in (one.a, one.b) for one in pairs) < 2
     columns = (
         "position\nrms [mm]",
         "position\nfinal [mm]",
@@ -84,8 +86,10 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
         if not few and first not in (pair.a, pair.b):
             continue
         other = pair.b if pair.a == first else pair.a
+        itself = pair.b.startswith(f"{pair.a} (")  # `sim (tuesday)` of another run
+        both = pair.b if itself else f"{pair.a} - {pair.b}"
         table.add_row(
-            f"{pair.a} - {pair.b}" if few else other,
+            both if few else other,
             f"{1e3 * pair.rms:.2f}",
             f"{1e3 * pair.final:.2f}",
             f"{degrees(pair.rms_turn):.2f}",
@@ -100,24 +104,34 @@ def why_lines(
     pairs: Sequence[Pair] | Sequence[Difference],
     columns: int = WIDE,
 ) -> Iterator[str]:
-    """Yield a line or two for each robot: why it parts from the reference robot."""
+    """Yield a line or two for each robot: why it parts from the reference robot.
+
+    Of two runs: why each parts from itself.
+    """
     names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
     first = reference(names)
-    met = {name for one in pairs for name in (one.a, one.b) if first in (one.a, one.b)}
-    others = [name for name in names if name in met - {first}]
-    wide = max(map(len, others))
-    yield f"why they part from {first}, and how much of the difference that explains"
-    for name in others[:SHOWN]:
+    folders, origin = show_path(recording.folder), f" from {first}"
+    if isinstance(recording, Together):
+        couples = [*dict.fromkeys((one.a, one.b) for one in pairs)]
+        folders, origin = f"{folders} {show_path(recording.other.folder)}", ""
+    else:
+        met = {
+            name for one in pairs if first in (one.a, one.b) for name in (one.a, one.b)
+        }
+        couples = [(first, name) for name in names if name in met - {first}]
+    wide = max(len(name) for _, name in couples)
+    yield f"why they part{origin}, and how much of the difference that explains"
+    for a, b in couples[:SHOWN]:
         try:
-            line = recording.why(first, name).line
+            line = recording.why(a, b).line
         except ExperimentError as error:  # nothing to compare
             line = str(error)
-        text = f"{name:<{wide}}  {line}"
+        text = f"{b:<{wide}}  {line}"
         yield from wrap(text, columns, subsequent_indent=" " * (wide + 2))
-    if len(others) > SHOWN:
-        yield f"and {len(others) - SHOWN} more"
-    folder = show_path(recording.folder)
-    yield f"where, and what else: rems compare {folder} {first} {others[0]}"
+    if len(couples) > SHOWN:
+        yield f"and {len(couples) - SHOWN} more"
+    which = couples[0][:1] if isinstance(recording, Together) else couples[0]
+    yield f"where, and what else: rems compare {folders} {' '.join(which)}"
 
 
 def differences_table(found: Sequence[Difference]) -> Table:

@@ -10,7 +10,7 @@ from weakref import WeakSet
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.recordings.album import Album, album_of
 from rems_net.recordings.csv_file import CsvFile, named
-from rems_net.recordings.manifest import Manifest, read_manifest
+from rems_net.recordings.manifest import Manifest, Start, read_manifest
 from rems_net.recordings.mcap.columns import AgentColumns, agents_of
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.names import natural, near
@@ -212,11 +212,15 @@ class Recording(Mapping[str, "Columns"]):
         By their poses, where both have x, y and heading; else by the fields of the
         state that both have.
         """
+        drove = self.trajectories()
+        return [*self.pairs(drove), *self.differences({one.name for one in drove})]
+
+    def pairs(self, robots: Sequence[Trajectory]) -> list[Pair]:
+        """Return how far each two of these robots were apart."""
         # Here, as below: most runs end without a look at what they left.
         from rems_net.recordings.comparison import compare
 
-        drove = self.trajectories()
-        return [*compare(drove), *self.differences({one.name for one in drove})]
+        return compare(robots)
 
     def trajectories(self) -> list[Trajectory]:
         """Return where the robots with x, y and heading drove."""
@@ -267,9 +271,11 @@ class Recording(Mapping[str, "Columns"]):
                 f"{a} cannot be compared with itself; name another robot, of: "
                 f"{others or 'none'}. (R0850)"
             )
-        told = self.manifest()
-        starts = tuple(told.robots.get(name) for name in (a, b))
-        return why(RobotPair(self[a], self[b], starts))
+        return why(RobotPair(self[a], self[b], (self.start(a), self.start(b))))
+
+    def start(self, robot: str) -> Start | None:
+        """Return where a robot started; None if the run has not recorded it."""
+        return self.manifest().robots.get(robot)
 
     def plot(self, *fields: str, path: Path | str | None = None) -> Any:
         """Draw it to `plot.png` in its folder, or to `path`; a notebook shows it.
