@@ -218,7 +218,7 @@ def test_results(tmp_path: Path) -> None:
     page = ROOT / "docs" / "results.md"
     (tmp_path / "apart.py").write_text(blocks(page, "python")[0])
     told = blocks(page, "txt")[0]
-    *lines, events = blocks(page, "sh")[0].splitlines()
+    *lines, events, again = blocks(page, "sh")[0].splitlines()
     for i, line in enumerate(lines):
         # As a script in processes it is run by tests/test_docs.py.
         done = rems(tmp_path, line.replace("rems run", "rems run --direct"))
@@ -233,6 +233,7 @@ def test_results(tmp_path: Path) -> None:
     done = rems(tmp_path, events.replace("rems run", "rems run --direct"))
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout.splitlines()[-1])["kind"] == "report"
+    assert "\nwide (apart.1)       the same\n" in rems(tmp_path, again).stdout
 
 
 def test_a_recording_in_one_file(tmp_path: Path) -> None:
