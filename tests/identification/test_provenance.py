@@ -118,7 +118,7 @@ def test_a_definition_that_has_changed_is_refused(found: Path) -> None:
 
 def test_a_damaged_file_or_none(found: Path) -> None:
     lab = Experiment("lab")
-    for text in ("track = 0.1", "[[", 'parameters = "x"'):
+    for text in ("track = 0.1", "[[", 'parameters = "x"', f"a = {'[' * 50_000}"):
         found.write_text(text)
         with pytest.raises(ExperimentError, match="is not what `rems identify` writes"):
             lab.robot("model", Create2, "kinematic", parameters=found)

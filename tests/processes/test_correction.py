@@ -111,6 +111,9 @@ def test_weights_of_another_robot_are_refused(tmp_path: Path, weights: Weights) 
         corrected(path, parameters={**FOUND, "actuation/lag": "90 ms"}).check()
     with pytest.raises(AgentError, match=r"at steps of 0\.1 s, and this one has 0\.05"):
         corrected(path, dt=0.05).run(tmp_path / "out", direct=True, show=Show())
+    path.write_text("[" * 100_000)
+    with pytest.raises(ExperimentError, match="has no weights of a residual"):
+        corrected(path).check()
     path.unlink()
     with pytest.raises(ExperimentError, match="cannot be read: No such file"):
         corrected(path).check()

@@ -24,6 +24,7 @@ from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError, SchemaError
 from rems_net.events import warn
 from rems_net.maths import sincos
+from rems_net.reading import DESCRIPTION, read_file
 
 if TYPE_CHECKING:
     from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -118,7 +119,7 @@ class Weights:
         """Read the file. Raises ExperimentError, with its name as `shown`."""
         shown = shown or str(path)
         try:
-            given = json.loads(path.read_text(encoding="utf-8"))
+            given = json.loads(read_file(path, DESCRIPTION))
             found = cls(**{field.name: given[field.name] for field in fields(cls)})
             numbers = [*found.full, *found.probe, *found.weights, found.step]
             count = found.network.count
@@ -129,7 +130,7 @@ class Weights:
                 f"{shown} cannot be read: {error.strerror}. A process of type residual "
                 'writes it, with options={"save": "NAME.json"}. (R0871)'
             ) from None
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, RecursionError):
             good = False
         if not good:
             raise ExperimentError(

@@ -81,6 +81,10 @@ def write_identified(
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+#: errors of a file that is not of this kind
+UNREADABLE = (OSError, TOMLDecodeError, TypeError, ValueError, RecursionError)
+
+
 def read_identified(path: Path) -> tuple[Origin, dict[str, Any]]:
     """Return the origin and the parameters of such a file. Raises ExperimentError."""
     try:
@@ -93,9 +97,10 @@ def read_identified(path: Path) -> tuple[Origin, dict[str, Any]]:
         raise ExperimentError(
             f"There is no file {whereabouts(path, '.toml')} (R0880)"
         ) from None
-    except (OSError, TOMLDecodeError, KeyError, TypeError, ValueError) as error:
+    except (*UNREADABLE, KeyError) as error:
+        why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise ExperimentError(
-            f"{path.name} is not what `rems identify` writes ({error!r:.80}). Type: "
+            f"{path.name} is not what `rems identify` writes: {why:.80}. Type: "
             f"rems identify --out {path.name} (R0880)"
         ) from None
     recordings, versions, parameters = tables
