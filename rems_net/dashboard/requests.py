@@ -6,6 +6,7 @@ put by a thread that does nothing else.
 
 import json
 import math
+import time
 from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -38,6 +39,9 @@ MOST, LARGEST = 200, 1 << 20
 HELD = 1.0
 #: s. An agent whose last message is older is late.
 LATE = 1.0
+#: s. The roster is asked for again after so long for each agent in it: to read a row
+#: costs some microseconds, and a crowd has a thousand.
+EACH = 0.002
 
 
 class Requests:
@@ -46,6 +50,9 @@ class Requests:
     def __init__(self, fabric: Fabric):
         self.fabric = fabric
         self._watcher = Watcher(fabric)
+        #: rows of the agents, and s, when they are asked for again
+        self._rows: list[dict[str, Any]] = []
+        self._due = 0.0
         #: verb of a page's request -> method
         self.deeds: dict[str, Callable[[dict[str, Any]], Any]] = {
             "stop": self._stop,
@@ -127,7 +134,7 @@ class Requests:
     def status(self) -> dict[str, Any]:
         """Return the agents, the clock, and which robots stand, as plain values."""
         session = self.fabric.session
-        found = look_at(session)
+        found = look_at(session, self._roster())
         for name in ("tick", "t"):  # they come with the values
             del found[name]
         return found | {
@@ -136,6 +143,14 @@ class Requests:
             "robots": self._standing() if found["stopped"] else {},
             "drivers": self.fabric.drivers(),
         }
+
+    def _roster(self) -> list[dict[str, Any]]:
+        """Return a row for each agent, as it was asked for last."""
+        now = time.monotonic()
+        if now >= self._due:
+            self._rows = _rows(self.fabric.session)
+            self._due = now + EACH * len(self._rows)
+        return self._rows
 
     def _standing(self) -> dict[str, bool]:
         """Return which robots stand, by what they report themselves."""
@@ -191,11 +206,17 @@ class Requests:
             yield "/".join(full.split("/")[1:3]), value
 
 
-def look_at(session: Session) -> dict[str, Any]:
-    """Return agents, late agents, the clock, the tick, and whether STOP holds."""
+def look_at(
+    session: Session, rows: list[dict[str, Any]] | None = None
+) -> dict[str, Any]:
+    """Return agents, late agents, the clock, the tick, and whether STOP holds.
+
+    rows: of the agents, if they are known
+    """
+    if rows is None:
+        rows = _rows(session)
     clock = _asked(session, "clock/@why", _read_map)
     tick = _asked(session, "clock/tick?format=json", read_told)
-    rows = _asked(session, "clock/roster?format=json", read_rows) or []
     stopped = bool(clock and clock.get("stopped"))
     if not clock:
         with suppress(RemsError):
@@ -213,6 +234,10 @@ def look_at(session: Session) -> dict[str, Any]:
         "t": float(tick["t"]) if tick else 0.0,
         "stopped": stopped,
     }
+
+
+def _rows(session: Session) -> list[dict[str, Any]]:
+    return _asked(session, "clock/roster?format=json", read_rows) or []
 
 
 def _asked(session: Session, key: str, read: Callable[[Mail], Any]) -> Any:
