@@ -1,7 +1,5 @@
 """Commands as a user types them: Python and `rems`, each in a process of its own."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

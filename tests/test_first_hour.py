@@ -1,7 +1,5 @@
 """The page for the first hour is followed, command by command."""
 
-from __future__ import annotations
-
 import re
 import signal
 import sys

@@ -4,8 +4,6 @@ Each verb has at least one test in which it is a process, as a user has it. What
 command says and leaves is looked at in this process, which is ten times as fast.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """`rems agent start` on a fabric that is served; these tests leave it as it is."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """`rems check` makes the first ticks: mistakes show, and nothing is touched."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`rems router serve --class`: a class with teams, from the slips to a team's run."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """`rems clock`, `call` and `join` against a running fabric."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

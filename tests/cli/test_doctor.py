@@ -1,7 +1,5 @@
 """`rems why`: each trouble is made, and answered with what to do."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

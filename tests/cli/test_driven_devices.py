@@ -1,7 +1,5 @@
 """Stale means still: a person's hand on device drivers and on the emulated board."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path

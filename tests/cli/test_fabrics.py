@@ -1,7 +1,5 @@
 """Fabrics beside each other at one router: a class's open one, and teams' own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rems router serve` and `rems agent start`: a fabric that waits for nobody."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rems put`: a command from a terminal, obeyed once or for some time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

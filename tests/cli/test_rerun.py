@@ -1,7 +1,5 @@
 """`rems rerun`: a recorded run is done again, and each difference is named."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

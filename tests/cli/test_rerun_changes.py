@@ -1,7 +1,5 @@
 """`rems rerun` with changes in code, settings and classes; and bad input."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 """Mutation: of every change of a line in one of five agents, `rems rerun` names the
 agent, the first tick, the field and its unit."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`restart = 3` and `rems agent start --restart 3`: who crashed is started again."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rems run`: from a file to CSV files, a picture and a table; and every way to end."""
 
-from __future__ import annotations
-
 import csv
 import os
 import signal

@@ -1,7 +1,5 @@
 """`rems run script.py`: as Python would run it, with what `rems run` brings."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Several runs at once: each verb says so, and `rems stop` means all of them."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """`rems list`, `get`, `clock`, `call`, `watch` beside strangers who answer for all."""
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from pathlib import Path

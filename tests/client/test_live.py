@@ -1,7 +1,5 @@
 """A running fabric from outside: asking, watching, commanding, and being killed."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

@@ -1,7 +1,5 @@
 """STOP is put first and asked for later, with or without a clock."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 

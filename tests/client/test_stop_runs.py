@@ -1,7 +1,5 @@
 """STOP of real runs: frozen, held, gone and new clocks, frozen robots, the next run."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -1,7 +1,5 @@
 """Questions from outside, beside programs that keep them open or answer nonsense."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

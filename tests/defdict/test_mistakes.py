@@ -5,8 +5,6 @@ observed in REMS 0.3.2 and must never come back. Texts are exact: they are part 
 the user interface.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The unit table and the maps between units, held against unyt."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

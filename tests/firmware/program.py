@@ -1,7 +1,5 @@
 """The firmware's own tests in C: compiled here, that of the codec with any tables."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The firmware's codec: compiled here, and held against Python's own."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct

@@ -1,7 +1,5 @@
 """What the firmware has from its definition: never stale, and never too much."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A router that is restarted, frozen, or moved to another address."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

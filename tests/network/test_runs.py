@@ -1,7 +1,5 @@
 """Runs over several machines: what a network does to them costs time, and no byte."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

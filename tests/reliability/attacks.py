@@ -5,8 +5,6 @@ write a function in a file of `attacking/` with the decorator `attack`, and name
 file in `FILES`.
 """
 
-from __future__ import annotations
-
 import importlib
 import subprocess
 from collections.abc import Callable, Sequence

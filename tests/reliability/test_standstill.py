@@ -1,7 +1,5 @@
 """A driven robot stands still by itself; `python -m tests.reliability` has figures."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Real sessions on the loopback: publish, watch, ask, answer, presence."""
 
-from __future__ import annotations
-
 import json
 import signal
 import threading

@@ -1,7 +1,5 @@
 """A router with users: who is let in, and what the router itself refuses."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Who takes part: joining, refusals, and an agent in plain Zenoh."""
 
-from __future__ import annotations
-
 import os
 import platform
 import signal

@@ -1,7 +1,5 @@
 """Whole experiments: real processes, a real router, real failures."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """An MJCF in PyBullet is the robot that MuJoCo has, or is refused by what it uses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

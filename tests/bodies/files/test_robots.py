@@ -1,7 +1,5 @@
 """A robot of the user's own file does what every robot does, in both engines."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A driven robot in whole runs: real processes, a real clock, a device that listens."""
 
-from __future__ import annotations
-
 import csv
 import os
 import re

@@ -1,7 +1,5 @@
 """The driver of the class's first firmware, and that firmware, over real sockets."""
 
-from __future__ import annotations
-
 import http.server
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """Joints in both engines, by the same tests: arms, slides, stops, loops, rollers."""
 
-from __future__ import annotations
-
 from math import hypot, pi, sqrt
 from typing import Any, ClassVar
 

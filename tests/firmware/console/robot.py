@@ -1,7 +1,5 @@
 """A Woodbot's console, compiled here, at a pseudo-terminal as at a USB cable."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import time

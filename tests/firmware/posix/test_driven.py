@@ -1,7 +1,5 @@
 """The Woodbot as a process joins an open fabric, and is a robot like any other."""
 
-from __future__ import annotations
-
 import math
 import time
 from contextlib import suppress

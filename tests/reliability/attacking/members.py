@@ -1,7 +1,5 @@
 """Attacks by members of a fabric, and by users of a router with a class list."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Attacks on STOP, and on who holds it."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re

@@ -1,7 +1,5 @@
 """Attacks that tests of other rooms perform already: each row names its tests."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

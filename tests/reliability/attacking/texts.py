@@ -1,7 +1,5 @@
 """Attacks by files and texts."""
 
-from __future__ import annotations
-
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema, text
 from rems_net.outputs.csv import CsvOutput

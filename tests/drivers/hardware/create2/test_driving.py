@@ -1,7 +1,5 @@
 """A Create 2's driver and an emulated one, on a real port: what it obeys and says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The Dynabot's driver and emulated servos, on a real port, by the real library."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
