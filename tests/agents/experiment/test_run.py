@@ -1,7 +1,6 @@
 """Whole experiments: real processes, a real router, real failures."""
 
 import math
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.registry import BUILT_IN
 from rems_net.errors import AgentError, ExperimentError, uncoded
-from tests.agents.runs import PARTS, Told, calm, until
+from tests.agents.runs import PARTS, Told, until
 
 
 def carts(robots: int = 2, **options: object) -> Experiment:
@@ -80,21 +79,6 @@ def test_what_the_clock_counts_as_done_an_output_has_written(
 def test_an_empty_experiment_says_what_to_add() -> None:
     with pytest.raises(ExperimentError, match="this experiment has no agents; add"):
         Experiment("empty", duration=1).run()
-
-
-def test_an_agent_that_raises_ends_the_run_and_is_named(tmp_path: Path) -> None:
-    begun = calm()
-    with pytest.raises(AgentError) as caught:
-        carts(raise_at=20).run(tmp_path)
-    assert calm() - begun < 10
-    assert caught.value.agent == "robot/r1"
-    assert str(caught.value).startswith(
-        "robot/r1: ZeroDivisionError: wheels fell off (parts.py, line "
-    )
-    seen = rows(tmp_path / "log.txt")
-    assert [r[0] for r in seen] == [str(n) for n in range(1, 20) for _ in range(4)]
-    # ... and nothing is left behind.
-    assert not list(Path(os.environ["XDG_RUNTIME_DIR"], "rems_net").iterdir())
 
 
 @pytest.mark.parametrize(("pace", "least"), [("fast", 19 - AHEAD), (10, 19)])
