@@ -1,5 +1,7 @@
 """An input that submits jobs, and notes what comes of them."""
 
+from __future__ import annotations
+
 import os
 import signal
 import threading

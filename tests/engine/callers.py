@@ -1,5 +1,7 @@
 """Agents that call verbs, and robots whose verbs are called."""
 
+from __future__ import annotations
+
 from typing import Any
 
 from rems_net import Definition, In, Out, Process, Schema, Settings, Tick, Verbs, verb
