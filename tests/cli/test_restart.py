@@ -5,8 +5,7 @@ import signal
 from pathlib import Path
 
 from tests.agents.runs import free_port, until
-from tests.cli.conftest import LAB
-from tests.cli.test_open import fabric, robot, row, text, ticks
+from tests.cli.conftest import LAB, fabric, robot, row, text, ticks
 from tests.commands import Run, Start
 
 
