@@ -82,12 +82,6 @@ def test_a_name_that_nobody_knows(name: str) -> None:
     )
 
 
-def test_an_address_that_is_none(rems: Run) -> None:
-    done = rems("router", "status", "192.168.1.300")
-    assert done.returncode == 2
-    assert "is no address of a router" in done.stderr
-
-
 def test_a_web_server() -> None:
     with HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler) as server:
         thread = threading.Thread(target=server.serve_forever)

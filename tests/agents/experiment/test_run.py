@@ -9,7 +9,6 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.limits import AHEAD
-from rems_net.agents.registry import BUILT_IN
 from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.runs import PARTS, Told, until
 
@@ -137,25 +136,6 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (
-            lambda lab: lab.input("wave", "parts.py:Wave"),
-            "input 'wave': there are two agents named input/wave; give one another "
-            "name.",
-        ),
-        (
-            lambda lab: lab.robot(
-                "x", "parts.py:Cart", "parts.py:Euler", command="input/wav"
-            ),
-            "robot 'x': robot/x.command is connected to 'input/wav', and there is no "
-            "'input/wav'; there is input/wave, robot/r0, robot/r1, "
-            "robot/x. Did you mean 'input/wave'?",
-        ),
-        (
-            lambda lab: lab.robot("x", "woodbt", "kinematic"),
-            "robot 'x': There is no definition 'woodbt'; there is "
-            f"{', '.join(BUILT_IN['definition'])}, or your own as "
-            "'my_file.py:MyClass'. Did you mean 'woodbot'?",
-        ),
         (
             lambda lab: lab.robot("a b", "parts.py:Cart", "parts.py:Euler"),
             "robot 'a b': the name of this robot is 'a b'; a name has 1 to 63 letters, "
