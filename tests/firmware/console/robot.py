@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.firmware.program import FIRMWARE, compiled
+from tests.firmware.compiling import FIRMWARE
+from tests.firmware.program import compiled
 
 #: seconds that anything may take on a machine that is busy
 TIMEOUT = 30.0
