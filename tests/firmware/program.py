@@ -16,7 +16,7 @@ def compiled(firmware: Path, folder: Path, names: tuple[str, ...] = SOURCES) -> 
     """The program, called as its last source is; with sanitizers where they run."""
     more = SANITIZE if _works([compiler(), *SANITIZE], folder) else []
     sources = [firmware / name for name in names]
-    words = [compiler(), *STRICT, "-O1", *more, *sources]
+    words: list[str | Path] = [compiler(), *STRICT, "-O1", *more, *sources]
     return build(words, folder / sources[-1].stem)
 
 
