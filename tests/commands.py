@@ -1,7 +1,5 @@
 """Commands as a user types them: Python and `rems`, each in a process of its own."""
 
-from __future__ import annotations
-
 import io
 import os
 import re
@@ -26,9 +24,10 @@ YES = "y\n"
 
 Done = subprocess.CompletedProcess[str]
 Running = subprocess.Popen[str]
-#: what the fixtures `rems`, `program`, `start`, `agents` and `gone` of tests/cli are
+#: what the fixtures `rems`, `start`, `serve`, `agents`, `gone` ... of tests/cli are
 Run = Callable[..., Done]
 Start = Callable[..., Running]
+Serve = Callable[[], Running]
 Agents = Callable[..., list[dict[str, Any]]]
 Gone = Callable[[list[dict[str, Any]]], None]
 

@@ -1,7 +1,5 @@
 """What every test gets: a fabric of its own, that no other test can find."""
 
-from __future__ import annotations
-
 import compileall
 import gc
 import os

@@ -4,8 +4,6 @@
 golden file of all templates.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

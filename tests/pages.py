@@ -1,7 +1,5 @@
 """What pages show: their blocks of code, and the lines that they say to type."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shlex

@@ -1,7 +1,5 @@
 """What the files for those who carry the project on name is there."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

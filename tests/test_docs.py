@@ -1,7 +1,5 @@
 """What the README and the pages say is what happens: every block of them is run."""
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess

@@ -4,8 +4,6 @@
 sentence has to be understood without another one.
 """
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterator
 from pathlib import Path

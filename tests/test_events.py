@@ -1,7 +1,5 @@
 """Events: printed without a listener, logged, and read back from a host's lines."""
 
-from __future__ import annotations
-
 import pytest
 
 from rems_net.events import MARK, Event, info, listening, read_line, warn

@@ -1,7 +1,5 @@
 """Every example is one idea in few lines, and does what it says."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil

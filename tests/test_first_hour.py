@@ -1,7 +1,5 @@
 """The page for the first hour is followed, command by command."""
 
-from __future__ import annotations
-
 import re
 import signal
 import sys
@@ -11,7 +9,7 @@ import pytest
 
 from rems_net.cli import main
 from tests.agents.runs import free_port, until
-from tests.cli.test_open import fabric, row
+from tests.cli.conftest import fabric, row
 from tests.commands import ROOT, python
 from tests.pages import blocks, rems, running, started
 

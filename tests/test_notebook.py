@@ -1,7 +1,5 @@
 """The cells of docs/engine.md, in a process that runs cells as a kernel does."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

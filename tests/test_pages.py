@@ -1,7 +1,5 @@
 """What a page shows in several blocks, files and lines to type, done as it says."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -1,7 +1,5 @@
 """As in the paper: ten robots of eight kinds in one experiment, three at real lines."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Mapping

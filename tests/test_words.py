@@ -3,8 +3,6 @@
 `python -m tests.words` names the files; after a rewrite, `--lower` shrinks the list.
 """
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -4,8 +4,6 @@
 `python -m tests.words --lower` writes the lower counts into the allow-list.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import json

@@ -1,7 +1,5 @@
 """Marker: a printed square by which a camera finds a robot or a thing."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from rems_net.bodies.parts import Vector

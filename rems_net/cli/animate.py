@@ -15,7 +15,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems animate`."""
     add_run(parser)
     add_like(parser)
     parser.add_argument(

@@ -14,7 +14,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems call`."""
     parser.add_argument("agent", metavar="AGENT", help="such as robot/sim")
     parser.add_argument("method", metavar="VERB", help="such as reset")
     parser.add_argument("arguments", nargs="*", default=(), metavar="ARGUMENT")

@@ -17,7 +17,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems clock VERB`."""
     verb = parser.prog.split()[-1]
     if verb == "step":
         parser.add_argument(

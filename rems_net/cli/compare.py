@@ -21,7 +21,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems compare`."""
     add_run(parser)
     add_like(parser)
     parser.add_argument(

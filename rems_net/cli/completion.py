@@ -30,7 +30,6 @@ class Words:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of `rems completion`."""
     parser.add_argument(
         "shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS)
     )

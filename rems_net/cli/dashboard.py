@@ -47,7 +47,6 @@ PORT, TRIES = 8477, 32
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems dashboard`."""
     parser.add_argument(
         "recordings",
         metavar="RECORDING",

@@ -20,7 +20,6 @@ FILE = Path(rems_net.__file__).parent / "demo" / "demo.toml"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems demo`."""
     add_common(parser)
 
 

@@ -34,7 +34,6 @@ EXACT, SAME = 200, 5
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of `rems docs`."""
     parser.add_argument(
         "word", metavar="WORD", nargs="?", default="", help="such as camera"
     )

@@ -33,7 +33,6 @@ WIDE = 78
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems drive`."""
     parser.add_argument(
         "keys", metavar="ROBOT", nargs="+", help="robot/sim, a glob, or input/stick"
     )

@@ -14,7 +14,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of `rems explain`."""
     parser.add_argument(
         "code", metavar="CODE", nargs="*", help="a code, or a message that ends in one"
     )

@@ -15,7 +15,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems export`."""
     add_run(parser)
     add_like(parser)
     parser.add_argument(

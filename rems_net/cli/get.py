@@ -24,7 +24,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems get`."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.add_argument(

@@ -20,7 +20,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems identify`."""
     add_run(parser)
     add_like(parser)
     parser.add_argument("--robot", metavar="ROBOT", default="", help="which robot")

@@ -18,7 +18,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems info`."""
     add_run(parser)
 
 

@@ -20,7 +20,6 @@ PICTURES = {".png", ".jpg", ".jpeg", ".bmp"}
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems lens`."""
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the pictures")
     parser.add_argument(
         "--board", metavar="COLUMNSxROWS", default="9x6", help="inner corners (9x6)"

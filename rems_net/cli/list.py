@@ -28,7 +28,6 @@ MOST = 4
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems list`."""
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.add_argument(
         "--all", action="store_true", help="all fabrics at a class's router"

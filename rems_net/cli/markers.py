@@ -20,7 +20,6 @@ A browser prints the page: choose "actual size", and measure the ruler on it.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems markers`."""
     parser.add_argument("ids", metavar="IDS", help="such as 0-9 or 3,7")
     parser.add_argument(
         "--size", metavar="SIZE", default="40mm", help="of the black square (40mm)"

@@ -38,7 +38,6 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems new`."""
     parser.add_argument("kind", metavar="KIND", help=", ".join(KINDS))
     parser.add_argument("name", metavar="NAME", help="such as my_robot")
     parser.add_argument(

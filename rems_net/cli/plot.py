@@ -16,7 +16,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems plot`."""
     add_run(parser)
     add_like(parser)
     parser.add_argument(

@@ -24,7 +24,6 @@ PERIOD = 0.1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems put`."""
     parser.add_argument("key", metavar="KEY", help="such as robot/sim/command")
     parser.add_argument(
         "fields", metavar="FIELD=VALUE", nargs="+", help="a field of the command"

@@ -19,7 +19,6 @@ If only a process of the run was killed, the run itself has done this.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of `rems repair`."""
     parser.add_argument(
         "path", metavar="FILE", type=Path, help="a run.mcap, or the folder of a run"
     )

@@ -19,7 +19,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems replay`."""
     parser.add_argument(
         "path",
         metavar="FILE",

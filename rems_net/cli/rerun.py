@@ -29,7 +29,6 @@ DIFFERS = 1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems rerun`."""
     add_run(parser)
     parser.add_argument(
         "--set",

@@ -44,7 +44,6 @@ reports. With --json, what it prints itself goes to stderr.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems run`."""
     add_experiment(parser)
     parser.add_argument(
         "--alone",

@@ -27,7 +27,6 @@ A package of its own brings parts by entry points: docs/parts.md.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems show`."""
     parser.add_argument("part", metavar="PART", nargs="?", help="such as woodbot")
     parser.add_argument("--json", action="store_true", help="for programs")
 

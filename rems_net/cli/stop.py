@@ -43,7 +43,6 @@ class Told(NamedTuple):
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems stop`."""
     parser.add_argument(
         "robot",
         nargs="?",

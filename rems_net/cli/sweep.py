@@ -33,7 +33,6 @@ FAILED = 1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems sweep`."""
     parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
     for option, metavar, text in (
         ("--set", "AGENT.SETTING=VALUES", "values of a setting: 90..130mm/9, or a,b,c"),

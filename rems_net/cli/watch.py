@@ -24,7 +24,6 @@ SILENCE = 2.0
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems watch`."""
     parser.add_argument("key", metavar="KEY", help="a key or a glob (quote it)")
     parser.add_argument("--json", action="store_true", help="JSON, one line each")
     parser.add_argument("--count", metavar="N", type=int, help="end after N lines")

@@ -17,7 +17,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems why`."""
     parser.add_argument(
         "key", metavar="KEY", nargs="?", help="an agent, or a port of one"
     )

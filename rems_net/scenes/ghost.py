@@ -1,7 +1,5 @@
 """Ghost: a body that follows a pose; robots see and touch it, and nothing moves it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from rems_net.bodies.body import Body

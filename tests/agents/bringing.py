@@ -3,8 +3,6 @@
 Machine b of a run at REMS_ROUTER, whose own code is in FOLDER.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A process whose jobs are due in a step, for runs that must give the same bytes."""
 
-from __future__ import annotations
-
 import threading
 from typing import Any
 

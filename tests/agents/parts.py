@@ -1,7 +1,5 @@
 """Small agents that the tests run: a cart, things that drive it, things that fail."""
 
-from __future__ import annotations
-
 import math
 import os
 import random

@@ -1,7 +1,5 @@
 """What the tests of whole runs share: waiting, watching over processes, routers."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Scripts as a student writes them, each run by a Python of its own."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

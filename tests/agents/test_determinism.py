@@ -1,7 +1,5 @@
 """The same experiment gives the same bytes: anywhere, however slow or disturbed."""
 
-from __future__ import annotations
-
 import functools
 import os
 import signal

@@ -1,7 +1,5 @@
 """Jobs with a step in which their result is due: given then, however long they take."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

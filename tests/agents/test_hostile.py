@@ -1,7 +1,5 @@
 """What a program that can merely connect does to a run: nothing, and it is told."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable

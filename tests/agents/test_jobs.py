@@ -1,7 +1,5 @@
 """Jobs: beside the ticks, delivered in the agent's own thread, ended with it."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

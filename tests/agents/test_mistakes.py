@@ -1,7 +1,5 @@
 """Classes that would silently do nothing, or the wrong thing: refused, or told."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

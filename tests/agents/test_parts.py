@@ -1,7 +1,5 @@
 """Parts that installed packages bring: found by name, and what is said when not."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping

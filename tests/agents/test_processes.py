@@ -1,7 +1,5 @@
 """An agent is a process: its arguments, its keyboard, and how it ends."""
 
-from __future__ import annotations
-
 import gzip
 from pathlib import Path
 

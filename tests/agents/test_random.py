@@ -1,7 +1,5 @@
 """Random numbers of an experiment: its seed, and what the seed does not set."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from random import Random

@@ -1,7 +1,5 @@
 """Robots: definitions that merge, drivers that are joined to them."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import pytest

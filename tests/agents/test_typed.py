@@ -1,7 +1,5 @@
 """Classes that are in no file: agents' processes cannot find them, an engine can."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a script changes before a run: its agents see it in their processes, too."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.agents.scripts import HAND, script

@@ -1,7 +1,5 @@
 """Worlds in a run: one process for all that are in it, things at keys, equal bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

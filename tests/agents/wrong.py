@@ -1,7 +1,5 @@
 """Agents that go wrong, each in one way or in the way it is told."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import os

@@ -1,7 +1,5 @@
 """Bodies: masses and inertias add up, walls make a circle."""
 
-from __future__ import annotations
-
 from math import cos, hypot, pi, sin, sqrt
 
 import numpy as np

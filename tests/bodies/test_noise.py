@@ -1,7 +1,5 @@
 """Noise has the size that was stated, and is the same in every run."""
 
-from __future__ import annotations
-
 from statistics import fmean, stdev
 from typing import Any
 

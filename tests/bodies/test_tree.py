@@ -1,7 +1,5 @@
 """Trees of joints: where links are, how loops close, what rollers make of a wheel."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 

@@ -1,7 +1,5 @@
 """What `rems` says of a mistake, in this process: one sentence, and nothing is left."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -4,8 +4,6 @@ Each verb has at least one test in which it is a process, as a user has it. What
 command says and leaves is looked at in this process, which is ten times as fast.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess
@@ -18,10 +16,21 @@ from typing import Any
 import pytest
 
 from rems_net.agents.experiment.hosts import HostProcess
+from rems_net.client import Fabric, join
+from rems_net.errors import FabricError
 from rems_net.router import find
 from tests import commands
-from tests.agents.runs import alive, ticking, until
-from tests.commands import Agents, Gone, Run, Running, Start, command, environment
+from tests.agents.runs import alive, free_port, ticking, until
+from tests.commands import (
+    Agents,
+    Gone,
+    Run,
+    Running,
+    Serve,
+    Start,
+    command,
+    environment,
+)
 
 LAB = """\
 [experiment]
@@ -168,3 +177,71 @@ def gone() -> Gone:
         until(lambda: not any(map(alive, pids)), 3.0)
 
     return wait
+
+
+def text(process: Running, sign: int = signal.SIGINT) -> str:
+    """End it; all that it said."""
+    process.send_signal(sign)
+    out, error = process.communicate(timeout=20)
+    return out + error
+
+
+def fabric() -> Fabric:
+    def attempt() -> Fabric | None:
+        try:
+            return join()
+        except FabricError:
+            return None
+
+    found: Fabric = until(attempt)
+    return found
+
+
+def row(here: Fabric, agent: str) -> dict[str, Any] | None:
+    try:
+        return next((r for r in here.agents() if r["agent"] == agent), None)
+    except FabricError:  # no clock yet
+        return None
+
+
+def ticks(here: Fabric, agent: str, more: int = 5) -> dict[str, Any]:
+    """Wait until this agent has made some more ticks."""
+    first = until(lambda: row(here, agent))
+
+    def later() -> dict[str, Any] | None:
+        now = row(here, agent)
+        return now if now and now["tick"] >= first["tick"] + more else None
+
+    found: dict[str, Any] = until(later)
+    return found
+
+
+def robot(start: Start, name: str, *more: str) -> Running:
+    return start(
+        "agent", "start", "robot", "woodbot", "kinematic", "--name", name, *more
+    )
+
+
+@pytest.fixture
+def serve(start: Start) -> Serve:
+    """Start `rems router serve`, at the same place again and again."""
+    where = f"tcp/127.0.0.1:{free_port()}"
+    return lambda: start("router", "serve", "--listen", where)
+
+
+@pytest.fixture
+def alice(start: Start, serve: Serve) -> Running:
+    """The program of robot/alice, a Woodbot on an open fabric."""
+    serve()
+    with fabric():
+        return robot(start, "alice")
+
+
+@pytest.fixture
+def here(alice: Running) -> Iterator[Fabric]:
+    """The fabric with robot/alice."""
+    with fabric() as found:
+        until(lambda: row(found, "robot/alice"))
+        yield found
+        if alice.poll() is None:
+            text(alice)

@@ -1,7 +1,5 @@
 """Recordings of experiments, for tests that do them again."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

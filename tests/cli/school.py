@@ -1,7 +1,5 @@
 """A class on this machine, for tests: its screens, its users and their passwords."""
 
-from __future__ import annotations
-
 import re
 import threading
 from pathlib import Path

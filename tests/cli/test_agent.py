@@ -1,7 +1,5 @@
 """`rems agent start` on a fabric that is served; these tests leave it as it is."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -14,8 +12,7 @@ import pytest
 from rems_net.client import Fabric, join
 from rems_net.errors import uncoded
 from tests.agents.runs import free_port, until
-from tests.cli.conftest import place, starting
-from tests.cli.test_open import fabric, robot, row, text, ticks
+from tests.cli.conftest import fabric, place, robot, row, starting, text, ticks
 from tests.commands import Run, Start
 
 

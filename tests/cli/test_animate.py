@@ -1,7 +1,5 @@
 """`rems animate`: a film of a run, looked at by its pixels."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Every mistake in a CSV file to be played is one sentence, by line and column."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Every mistake is one sentence on stderr, exit status 2, and nothing has started."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recordings that are damaged, foreign or of another time: one sentence each."""
 
-from __future__ import annotations
-
 import importlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every mistake on the command line is one sentence on stderr, and exit status 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """`rems check`: everything that is checked before a run, and no run."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

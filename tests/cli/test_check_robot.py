@@ -1,7 +1,5 @@
 """`rems check` and `rems check robots`, as a user types them."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rems check` makes the first ticks: mistakes show, and nothing is touched."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -133,15 +131,7 @@ def checked(
             'output "notes"',
             "value has no field 'sped'. Did you mean 'speed'?",
         ),
-        (
-            "def step(",
-            "def stepp(",
-            'process "double"',
-            "Double has no step(self, tick), so the process would do nothing. It has "
-            "'stepp': rename it.",
-        ),
     ],
-    ids=["exception", "unit", "shape", "field", "read field", "no step"],
 )
 def test_what_shows_at_the_first_tick(
     folder: Path,

@@ -1,7 +1,5 @@
 """`rems router serve --class`: a class with teams, from the slips to a team's run."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -256,6 +254,16 @@ def test_the_machine_that_serves_needs_no_password(
     remembered.forget()
     monkeypatch.setenv("REMS_ROUTER", served)
     assert teacher("clock", "resume").returncode == 0
+
+
+def test_a_browser_never_acts_for_the_router_itself(teacher: Run) -> None:
+    done = teacher("dashboard", "--no-qr")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "rems: Here the router of a class runs, and its own programs may do more than "
+        "any teacher, so a browser gets no page by them. Type in place of it: rems "
+        "router serve --class names.csv --dashboard (R0609)\n"
+    )
 
 
 def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> None:

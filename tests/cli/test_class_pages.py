@@ -1,7 +1,5 @@
 """The pages of a class: one for each user, and each with the rights of its user."""
 
-from __future__ import annotations
-
 import json
 import re
 from html import unescape

@@ -1,7 +1,5 @@
 """`rems completion SHELL`: real shells complete what its script says."""
 
-from __future__ import annotations
-
 import os
 import re
 import select

@@ -1,7 +1,5 @@
 """`rems demo`: no arguments, no configuration, no display."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """`rems why`: each trouble is made, and answered with what to do."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -82,12 +80,6 @@ def test_a_name_that_nobody_knows(name: str) -> None:
         f"nobody knows the name {name!r} on this network: type the router's address, "
         "as `rems router serve` prints it"
     )
-
-
-def test_an_address_that_is_none(rems: Run) -> None:
-    done = rems("router", "status", "192.168.1.300")
-    assert done.returncode == 2
-    assert "is no address of a router" in done.stderr
 
 
 def test_a_web_server() -> None:

@@ -1,7 +1,5 @@
 """`rems why` between machines: what networks and firewalls do, made and told."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from pathlib import Path

@@ -11,11 +11,12 @@ from contextlib import contextmanager
 
 import pytest
 
+from rems_net.client import Fabric
 from rems_net.client.proxy import Proxy
 from tests.agents.runs import until
 from tests.cli.complaint import complaint
-from tests.cli.test_open import Serve, fabric, robot, row, serve, text
-from tests.commands import Start, command, environment
+from tests.cli.conftest import text
+from tests.commands import Running, Start, command, environment
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -23,7 +24,6 @@ else:
     import pty
     import termios
 
-__all__ = ["serve"]  # the fixture
 
 KITTY, PLAIN = b"\x1b[?0u\x1b[?62c", b"\x1b[?62c"
 UP, RELEASED = b"\x1b[1;1:1A", b"\x1b[1;1:3A"
@@ -95,96 +95,70 @@ def window(answer: bytes, *words: str) -> Iterator[Window]:
                 continue
 
 
-def test_keys_that_are_held_and_released(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        proxy = here.robot("alice")
-        with window(KITTY, "robot/alice") as opened:
-            opened.shows("Ctrl+C ends it.")
-            assert not opened.restored  # keys are not echoed
-            opened.type(UP)
-            until(lambda: opened.read() and proxy.state.x > 0.01)
-            opened.type(RELEASED)
-            opened.stands(proxy)
-            opened.type(b"x")
-            opened.shows("'x' moves nothing; keys are up, down")
-            opened.type(b"\x1b[99;5u")  # Ctrl+C, as kitty sends it
-            assert opened.end() == 130
-            assert opened.restored
-            assert opened.out.endswith(b"\x1b[?1004l\x1b[<u")
-        text(alice)
+def test_keys_that_are_held_and_released(here: Fabric) -> None:
+    proxy = here.robot("alice")
+    with window(KITTY, "robot/alice") as opened:
+        opened.shows("Ctrl+C ends it.")
+        assert not opened.restored  # keys are not echoed
+        opened.type(UP)
+        until(lambda: opened.read() and proxy.state.x > 0.01)
+        opened.type(RELEASED)
+        opened.stands(proxy)
+        opened.type(b"x")
+        opened.shows("'x' moves nothing; keys are up, down")
+        opened.type(b"\x1b[99;5u")  # Ctrl+C, as kitty sends it
+        assert opened.end() == 130
+        assert opened.restored
+        assert opened.out.endswith(b"\x1b[?1004l\x1b[<u")
 
 
-def test_a_terminal_without_releases(start: Start, serve: Serve) -> None:
+def test_a_terminal_without_releases(here: Fabric) -> None:
     """Each key moves for 2 s; a closed window ends it, and the robot stands."""
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        proxy = here.robot("alice")
-        with window(PLAIN, "robot/a*") as opened:
-            opened.shows("does not report when a key is released")
-            pressed = time.monotonic()
-            opened.type(b"w")
-            until(lambda: opened.read() and proxy.state.x > 0.01)
-            opened.stands(proxy)
-            assert time.monotonic() - pressed > 1.9
-            opened.type(b"w")
-            os.close(opened.slave)
-            os.close(opened.master)
-            assert opened.process.wait(20) in (1, 130, -signal.SIGHUP)
-        until(lambda: next(proxy.watch("state", 1)) == next(proxy.watch("state", 1)))
+    proxy = here.robot("alice")
+    with window(PLAIN, "robot/a*") as opened:
+        opened.shows("does not report when a key is released")
+        pressed = time.monotonic()
+        opened.type(b"w")
+        until(lambda: opened.read() and proxy.state.x > 0.01)
+        opened.stands(proxy)
+        assert time.monotonic() - pressed > 1.9
+        opened.type(b"w")
+        os.close(opened.slave)
+        os.close(opened.master)
+        assert opened.process.wait(20) in (1, 130, -signal.SIGHUP)
+    until(lambda: next(proxy.watch("state", 1)) == next(proxy.watch("state", 1)))
+
+
+def test_it_is_ended_by_a_signal(here: Fabric, alice: Running) -> None:
+    with window(KITTY, "robot/alice") as opened:
+        opened.shows("Ctrl+C ends it.")
+        opened.process.send_signal(signal.SIGTERM)
+        assert opened.end() == 130
+        assert opened.restored
+    with window(KITTY, "robot/alice") as opened:
+        opened.shows("Ctrl+C ends it.")
+        here.stop()
+        opened.type(UP)
+        opened.shows("robot/alice is stopped: it stands still")
         text(alice)
+        opened.shows("robot/alice has left")
+        assert opened.end() == 0
+        assert opened.restored
 
 
-def test_it_is_ended_by_a_signal(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        with window(KITTY, "robot/alice") as opened:
-            opened.shows("Ctrl+C ends it.")
-            opened.process.send_signal(signal.SIGTERM)
-            assert opened.end() == 130
-            assert opened.restored
-        with window(KITTY, "robot/alice") as opened:
-            opened.shows("Ctrl+C ends it.")
-            here.stop()
-            opened.type(UP)
-            opened.shows("robot/alice is stopped: it stands still")
-            text(alice)
-            opened.shows("robot/alice has left")
-            assert opened.end() == 0
-            assert opened.restored
+def test_no_terminal(here: Fabric, start: Start) -> None:
+    piped = start("drive", "robot/alice", typed=True)
+    _, said = piped.communicate("", timeout=20)
+    assert piped.returncode == 2
+    assert said.startswith("rems: rems drive reads the keys of a terminal, and ")
+    assert here.robot("alice").state.x == 0
 
 
-def test_no_terminal(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        piped = start("drive", "robot/alice", typed=True)
-        _, said = piped.communicate("", timeout=20)
-        assert piped.returncode == 2
-        assert said.startswith("rems: rems drive reads the keys of a terminal, and ")
-        assert here.robot("alice").state.x == 0
-        text(alice)
-
-
-def test_a_misspelt_robot(
-    start: Start, serve: Serve, capsys: pytest.CaptureFixture[str]
-) -> None:
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        assert complaint(capsys, "drive", "robot/alise") == (
-            "There is no robot/alise. Did you mean 'robot/alice'? Robots and inputs "
-            "here: robot/alice. Type: rems list"
-        )
-        assert complaint(capsys, "drive", "robot/b*") == (
-            "No robot matches 'robot/b*'. Type: rems list"
-        )
-        text(alice)
+def test_a_misspelt_robot(here: Fabric, capsys: pytest.CaptureFixture[str]) -> None:
+    assert complaint(capsys, "drive", "robot/alise") == (
+        "There is no robot/alise. Did you mean 'robot/alice'? Robots and inputs "
+        "here: robot/alice. Type: rems list"
+    )
+    assert complaint(capsys, "drive", "robot/b*") == (
+        "No robot matches 'robot/b*'. Type: rems list"
+    )

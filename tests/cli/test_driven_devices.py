@@ -1,7 +1,5 @@
 """Stale means still: a person's hand on device drivers and on the emulated board."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,11 +10,9 @@ from rems_net.client import Fabric
 from rems_net.client.driving import PERIOD, RENEWAL, Driving
 from rems_net.emulators.known import emulated
 from tests.agents.runs import calm, until
-from tests.cli.test_open import Serve, fabric, row, serve, text
-from tests.commands import Start
+from tests.cli.conftest import fabric, row, text
+from tests.commands import Serve, Start
 from tests.reliability.programs.emulated import LOOKS
-
-__all__ = ["serve"]  # the fixture
 
 #: name of the device or the board -> the words that bring it as robot/real
 DRIVERS = {"create2": ("create2", "create2"), "dynabot": ("dynabot", "dynabot")}

@@ -2,7 +2,6 @@
 
 import re
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,24 +12,11 @@ from rems_net.client.proxy import Proxy
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.mail import Mail, Mailbox
 from tests.agents.runs import calm, until
-from tests.cli.test_open import Serve, fabric, robot, row, serve, text
-from tests.commands import Run, Start
+from tests.cli.conftest import fabric, robot, row, text
+from tests.commands import Run, Serve, Start
 from tests.dashboard.test_viewers import viewer
 
-__all__ = ["serve"]  # the fixture
-
 AHEAD = {"ahead": 50.0}
-
-
-@pytest.fixture
-def here(start: Start, serve: Serve) -> Iterator[Fabric]:
-    """A fabric with a Woodbot."""
-    serve()
-    with fabric() as found:
-        alice = robot(start, "alice")
-        until(lambda: row(found, "robot/alice"))
-        yield found
-        text(alice)
 
 
 def hold(hand: Driving, proxy: Proxy, x: float) -> None:

@@ -1,7 +1,5 @@
 """Fabrics beside each other at one router: a class's open one, and teams' own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -68,24 +66,6 @@ def stop_is_for_one_fabric_or_for_all(team: Run) -> None:
     assert "robot/alice stands" in done.stdout
     assert "At team3:" in done.stdout
     assert "robot/alice" in team("stop", "--release", "--all").stdout
-
-
-def test_thirty_teams_see_each_other_only_if_they_ask(
-    rems: Run, start: Start, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Four of them here, each in lock-step, at once: their bytes are the same."""
-    (folder / "lab.toml").write_text(together(LAB))
-    with Router() as router:
-        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
-        teams = [
-            start("run", "lab.toml", "--fabric", f"team{i}", "--out", f"out{i}")
-            for i in range(4)
-        ]
-        for team in teams:
-            _, error = team.communicate(timeout=60)
-            assert team.returncode == 0, error
-    found = {(folder / f"out{i}" / "model.csv").read_bytes() for i in range(4)}
-    assert len(found) == 1
 
 
 def test_a_name_that_is_none(rems: Run) -> None:

@@ -1,7 +1,5 @@
 """`--help` of every verb has examples, and fits 80 columns."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """`rems info`: what is in a recording."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

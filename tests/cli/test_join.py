@@ -1,7 +1,5 @@
 """`rems router use` and `rems router forget`: typed once, used from then on."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`rems list`, `get` and `watch`, against a fabric that runs in real time."""
 
-from __future__ import annotations
-
 import json
 import signal
 from collections.abc import Iterator

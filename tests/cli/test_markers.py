@@ -1,7 +1,5 @@
 """A page of markers is one that a camera can read."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

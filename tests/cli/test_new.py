@@ -1,7 +1,5 @@
 """`rems new`: short files that run at once, in every way that they say."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

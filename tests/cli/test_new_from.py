@@ -1,7 +1,5 @@
 """`rems new robot NAME --from FILE`: a definition of the robot in a file."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys

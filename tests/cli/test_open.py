@@ -1,74 +1,18 @@
 """`rems router serve` and `rems agent start`: a fabric that waits for nobody."""
 
-from __future__ import annotations
-
 import signal
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import rems_net
-from rems_net.client import Fabric, join
-from rems_net.errors import FabricError
+from rems_net.client import Fabric
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Router, free_port, until
-from tests.commands import Run, Running, Start
-
-Serve = Callable[[], Running]
-
-
-def text(process: Running, sign: int = signal.SIGINT) -> str:
-    """End it; all that it said."""
-    process.send_signal(sign)
-    out, error = process.communicate(timeout=20)
-    return out + error
-
-
-def fabric() -> Fabric:
-    def attempt() -> Fabric | None:
-        try:
-            return join()
-        except FabricError:
-            return None
-
-    found: Fabric = until(attempt)
-    return found
-
-
-def row(here: Fabric, agent: str) -> dict[str, Any] | None:
-    try:
-        return next((r for r in here.agents() if r["agent"] == agent), None)
-    except FabricError:  # no clock yet
-        return None
-
-
-def ticks(here: Fabric, agent: str, more: int = 5) -> dict[str, Any]:
-    """Wait until this agent has made some more ticks."""
-    first = until(lambda: row(here, agent))
-
-    def later() -> dict[str, Any] | None:
-        now = row(here, agent)
-        return now if now and now["tick"] >= first["tick"] + more else None
-
-    found: dict[str, Any] = until(later)
-    return found
-
-
-@pytest.fixture
-def serve(start: Start) -> Serve:
-    """Start `rems router serve`, at the same place again and again."""
-    where = f"tcp/127.0.0.1:{free_port()}"
-    return lambda: start("router", "serve", "--listen", where)
-
-
-def robot(start: Start, name: str, *more: str) -> Running:
-    return start(
-        "agent", "start", "robot", "woodbot", "kinematic", "--name", name, *more
-    )
+from tests.cli.conftest import fabric, robot, row, text, ticks
+from tests.commands import Run, Serve, Start
 
 
 def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> None:

@@ -1,7 +1,5 @@
 """`rems show`; and the package of docs/parts.md, built, installed and run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """A class, seen by its people: refusals, robots taken back, who is here, who stops."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

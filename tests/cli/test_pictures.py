@@ -1,7 +1,5 @@
 """What `rems get` and `rems watch` say of pictures, and how one is saved."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`rems plot`: any recording as a picture."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`rems board emulate create2` and `rems board ports`, as they are typed."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

@@ -1,40 +1,31 @@
 """`rems put`: a command from a terminal, obeyed once or for some time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
+from rems_net.client import Fabric
 from tests.agents.runs import until
 from tests.cli.complaint import complaint
-from tests.cli.test_open import Serve, fabric, robot, row, serve, text
-from tests.commands import Run, Start
-
-__all__ = ["serve"]  # the fixture
+from tests.commands import Run
 
 
-def test_a_robot_obeys_and_then_stands(start: Start, serve: Serve, rems: Run) -> None:
+def test_a_robot_obeys_and_then_stands(here: Fabric, rems: Run) -> None:
     """For as long as --for, in units; a field that is not named keeps its value."""
-    serve()
-    with fabric() as here:
-        alice = robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        words = ("wheel/left=1", "wheel/right=10 deg/s", "--for", "1 s")
-        done = rems("put", "robot/alice/command", *words)
-        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-        proxy = here.robot("alice")
-        assert proxy.state.x > 0.005
-        done = rems("put", "robot/alice", "wheel/left=50 %")
-        assert (done.returncode, done.stderr) == (0, "")
+    words = ("wheel/left=1", "wheel/right=10 deg/s", "--for", "1 s")
+    done = rems("put", "robot/alice/command", *words)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    proxy = here.robot("alice")
+    assert proxy.state.x > 0.005
+    done = rems("put", "robot/alice", "wheel/left=50 %")
+    assert (done.returncode, done.stderr) == (0, "")
 
-        def stands() -> bool:
-            before = proxy.state.get()
-            assert len(list(proxy.watch("state", 3))) == 3
-            return bool(proxy.state.get() == before)
+    def stands() -> bool:
+        before = proxy.state.get()
+        assert len(list(proxy.watch("state", 3))) == 3
+        return bool(proxy.state.get() == before)
 
-        until(stands)
-        text(alice)
+    until(stands)
 
 
 @pytest.mark.parametrize(
@@ -72,15 +63,11 @@ def test_what_is_typed_wrong(
     assert complaint(capsys, "put", *words) == sentence
 
 
-def test_an_unknown_field(start: Start, serve: Serve, rems: Run) -> None:
-    serve()
-    with fabric() as here:
-        robot(start, "alice")
-        until(lambda: row(here, "robot/alice"))
-        done = rems("put", "robot/alice/command", "weel/left=1")
-        assert done.returncode == 2
-        assert "'weel/left'" in done.stderr
-        assert "Did you mean 'wheel/left'? (R0104)" in done.stderr
-        done = rems("put", "robot/alice/command", "wheel/left=1 m")
-        assert done.returncode == 2
-        assert "rad/s" in done.stderr
+def test_an_unknown_field(here: Fabric, rems: Run) -> None:
+    done = rems("put", "robot/alice/command", "weel/left=1")
+    assert done.returncode == 2
+    assert "'weel/left'" in done.stderr
+    assert "Did you mean 'wheel/left'? (R0104)" in done.stderr
+    done = rems("put", "robot/alice/command", "wheel/left=1 m")
+    assert done.returncode == 2
+    assert "rad/s" in done.stderr

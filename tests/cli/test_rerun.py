@@ -1,11 +1,8 @@
 """`rems rerun`: a recorded run is done again, and each difference is named."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -72,57 +69,6 @@ def test_wherever_it_was_recorded(tmp_path: Path, spread: str) -> None:
     assert SAME in done.stdout
 
 
-def test_a_world_and_noise(tmp_path: Path) -> None:
-    lab = Experiment("places", dt="50 ms", duration="2 s", seed=3, folder=EXAMPLES)
-    lab.input("keys", "csv", options={"file": "keys.csv"})
-    lab.world("arena", options={"radius": "1 m"})
-    for name, x in (("b", 0.0), ("a", 0.3)):
-        lab.robot(
-            name,
-            "epuck",
-            "kinematic",
-            options={"noise": True},
-            initial={"x": x},
-            world="arena",
-            every=2,
-        )
-    lab.robot("free", "woodbot", "kinematic", command="input/keys")
-    recorded(lab, tmp_path / "run")
-    done = inside("rerun", str(tmp_path / "run"), folder=EXAMPLES)
-    assert done.returncode == 0, done
-    other = inside("rerun", str(tmp_path / "run"), "--seed", "4", folder=EXAMPLES)
-    assert other.returncode == 1
-    assert "robot/a      recomputed  differs from tick" in other.stdout
-    assert "robot/free   recomputed  no difference" in other.stdout
-
-
-@pytest.mark.parametrize("fabric", [False, True])
-def test_a_world_a_process_that_calls_and_a_caller_outside(
-    tmp_path: Path, fabric: bool
-) -> None:
-    """With noise, robots that step seldom and join late, and verbs half-way."""
-    lab = Experiment("both", dt="50 ms", duration="2 s", seed=7, folder=PARTS)
-    lab.world("arena", options={"radius": "1 m"})
-    for name, x in (("b", 0.0), ("a", 0.3)):
-        more: dict[str, Any] = {"options": {"noise": True}, "initial": {"x": x}}
-        lab.robot(name, "epuck", "kinematic", world="arena", every=2, **more)
-    lab.robot("sled", "callers.py:Sled", "kinematic", since=0.4, every=3)
-    lab.process("ref", "callers.py:Referee", sled="robot/sled/state")
-    with lab.engine(tmp_path / "run") as engine:
-        engine.step(17)
-        engine["robot/a"].reset()
-        engine["sled"].put(0.2, by="me")
-        engine.step(9)
-        engine["robot/b"].reset()
-        engine.run()
-    way = ("--fabric",) if fabric else ()
-    done = inside("rerun", str(tmp_path / "run"), *way, folder=PARTS)
-    assert done.returncode == 0, done
-    assert SAME in done.stdout
-    lines = done.stdout.splitlines()
-    assert "recomputed  no difference" in next(one for one in lines if "sled" in one)
-
-
 @needs("mujoco")
 def test_physics_whose_verb_is_called_half_way(tmp_path: Path) -> None:
     lab = Experiment("thrown", dt="20 ms", duration="1 s", folder=EXAMPLES)
@@ -156,15 +102,14 @@ def test_a_version_and_a_data_file_that_differ(tmp_path: Path) -> None:
 
 def test_what_lives_in_wall_time_plays_its_recording(tmp_path: Path) -> None:
     """And what reads it is computed from what was recorded."""
-    parts = ROOT / "tests" / "engine"
-    lab = Experiment("free", dt=0.02, duration=1.0, pace=1.0, folder=parts)
+    lab = Experiment("free", dt=0.02, duration=1.0, pace=1.0, folder=PARTS)
     lab.robot("a", "callers.py:Sled", "callers.py:Free", initial={"x": 0.3})
     recorded(lab, tmp_path / "run", direct=False)
-    done = inside("rerun", str(tmp_path / "run"), folder=parts)
+    done = inside("rerun", str(tmp_path / "run"), folder=PARTS)
     assert "robot/a  played  no difference" in done.stdout, done
     assert done.returncode == 0
     refused = inside(
-        "rerun", str(tmp_path / "run"), "--set", "robot/a.x=1", folder=parts
+        "rerun", str(tmp_path / "run"), "--set", "robot/a.x=1", folder=PARTS
     )
     assert "robot/a plays its recording" in refused.stderr
 
@@ -192,14 +137,13 @@ def test_physics_in_a_pinned_process(tmp_path: Path) -> None:
 
 def test_readers_of_what_is_played_are_computed_from_it(tmp_path: Path) -> None:
     """From the recorded value of the same tick; nothing is written."""
-    parts = ROOT / "tests" / "engine"
-    lab = Experiment("free", dt=0.02, duration=1.0, folder=parts)
+    lab = Experiment("free", dt=0.02, duration=1.0, folder=PARTS)
     lab.robot("a", "callers.py:Geared", "callers.py:Free")
     lab.robot("b", "callers.py:Geared", "kinematic", initial={"x": 1.0})
     lab.process("far", "callers.py:Far", sled="robot/a/state")
     path = recorded(in_one_host(lab), tmp_path / "run", direct=False)
     before = path.read_bytes(), sorted(tmp_path.rglob("*"))
-    made = rebuild(path, parts)
+    made = rebuild(path, PARTS)
     made.replace("process/far", "callers.py:Farther")
     result = compare(made)
     assert result.agents == {

@@ -1,7 +1,5 @@
 """`rems rerun` with changes in code, settings and classes; and bad input."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -113,17 +111,6 @@ def test_bad_input_is_one_sentence(three: Path, words: list[str], says: str) -> 
     assert says in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert "Traceback" not in done.stderr
-
-
-def test_a_class_that_is_gone(three: Path) -> None:
-    text = AGENTS.replace("class Watch", "class Watches").replace(
-        ", Watch,", ", Watches,"
-    )
-    (three / "again_lab.py").write_text(text, encoding="utf-8")
-    done = inside("rerun", "run", folder=three)
-    assert done.returncode == 2
-    assert "process/watch cannot be made again in " in done.stderr
-    assert "again_lab.py has no class 'Watch'" in done.stderr
 
 
 def test_files_without_an_end_an_experiment_or_values(three: Path) -> None:

@@ -1,7 +1,5 @@
 """Verbs that are called from outside, between two ticks: recorded, and called again."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rems rerun --only` and `--fabric`; inputs that play a recording."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

@@ -1,16 +1,11 @@
 """`restart = 3` and `rems agent start --restart 3`: who crashed is started again."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path
 
-import pytest
-
 from tests.agents.runs import free_port, until
-from tests.cli.conftest import LAB
-from tests.cli.test_open import fabric, robot, row, text, ticks
+from tests.cli.conftest import LAB, fabric, robot, row, text, ticks
 from tests.commands import Run, Start
 
 
@@ -60,11 +55,3 @@ def test_in_a_file(folder: Path, rems: Run) -> None:
     )
     (folder / "lab.toml").write_text(twice.replace('"twice"', "2"))
     assert rems("check", "lab.toml").returncode == 0
-
-
-@pytest.mark.parametrize("word", ["-1", "often"])
-def test_what_is_no_number(rems: Run, word: str) -> None:
-    done = rems("agent", "start", "robot", "woodbot", "kinematic", "--restart", word)
-    assert done.returncode == 2
-    assert "restart" in done.stderr
-    assert "Traceback" not in done.stderr

@@ -1,7 +1,5 @@
 """`rems run`: from a file to CSV files, a picture and a table; and every way to end."""
 
-from __future__ import annotations
-
 import csv
 import os
 import signal
@@ -112,35 +110,6 @@ def test_interrupted(
     _, rows = read(folder / "runs" / "lab" / "model.csv")
     assert len(rows) >= 3
     gone(who)
-
-
-@pytest.mark.usefixtures("long")
-def test_a_killed_agent(folder: Path, start: Start, agents: Agents, gone: Gone) -> None:
-    process = start("run", "lab.toml")
-    who = agents(ticks=3)
-    (robot,) = (a for a in who if a["agent"] == "robot/model")
-    begun = calm()
-    os.kill(int(robot["host"].rpartition(":")[2]), signal.SIGKILL)
-    _, said = process.communicate(timeout=20)
-    assert calm() - begun < 3
-    assert process.returncode == 1
-    assert "rems: robot/model: was killed by signal 9" in said
-    assert "Traceback" not in said
-    _, rows = read(folder / "runs" / "lab" / "model.csv")
-    assert len(rows) >= 3
-    gone(who)
-
-
-@pytest.mark.usefixtures("long")
-def test_killed_itself_it_leaves_no_orphan(
-    folder: Path, start: Start, agents: Agents, gone: Gone
-) -> None:
-    process = start("run", "lab.toml")
-    who = agents(ticks=3)
-    process.kill()
-    process.wait()
-    gone(who)
-    read(folder / "runs" / "lab" / "model.csv")
 
 
 FAULTY = """

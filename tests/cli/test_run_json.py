@@ -1,7 +1,5 @@
 """`rems run --json`: what happens and the report, one JSON object a line."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

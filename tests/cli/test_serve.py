@@ -1,7 +1,5 @@
 """`rems router serve`: what it prints for other laptops, and what a camera reads."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

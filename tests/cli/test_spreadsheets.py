@@ -1,7 +1,5 @@
 """Files as Windows and spreadsheets make them: read where it is safe, else named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

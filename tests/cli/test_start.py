@@ -1,7 +1,5 @@
 """A run that is ended while its hosts start: nothing is left, nothing is shouted."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """`rems stop` and `rems stop --release`, told by robots that know STOP."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a system can do to the `rems` command: a sentence, never a traceback."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import shutil

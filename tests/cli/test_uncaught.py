@@ -1,7 +1,5 @@
 """A script that Python runs: what it does not catch is a sentence and its own lines."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

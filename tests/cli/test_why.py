@@ -1,7 +1,5 @@
 """`rems why`: what keeps a value from coming, or makes it old."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Programs of somebody else, started by tests and ended with them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Iterator

@@ -7,8 +7,6 @@ Ways: `stands` at once, `brakes` for 0.3 s, `moves` for ever, `mute` answers not
 `clock=...` is the one that releases.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

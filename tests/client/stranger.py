@@ -4,8 +4,6 @@ python stranger.py ENDPOINT WAY [KEY]; prints a line when it is there, ends with
 standard input.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

@@ -1,7 +1,5 @@
 """Checkup: laptops, clocks and agents that do not go together, made and told."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

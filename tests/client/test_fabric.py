@@ -1,7 +1,5 @@
 """Robots of another process as ordinary objects; the clock told from outside."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Iterator

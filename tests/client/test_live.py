@@ -1,7 +1,5 @@
 """A running fabric from outside: asking, watching, commanding, and being killed."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal
@@ -20,7 +18,7 @@ from rems_net.errors import FabricError
 from rems_net.router.find import open_session, serve
 from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
-from tests.agents.runs import PARTS, alive, calm, until
+from tests.agents.runs import PARTS, alive, until
 from tests.commands import python
 
 SCRIPT = f"""
@@ -198,20 +196,6 @@ def test_a_command_that_its_robot_would_not_hear_is_refused(shared: Lab) -> None
             )
 
 
-def test_a_second_clock_is_refused(
-    shared: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from rems_net import Experiment
-
-    _, session = shared
-    monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
-    second = Experiment("second", dt=0.1, duration=1, folder=PARTS)
-    second.robot("auto", "parts.py:Cart", "parts.py:Euler")
-    with pytest.raises(FabricError, match="has a clock already"):
-        second.run(tmp_path / "second")
-    assert not (tmp_path / "second").exists()
-
-
 def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None:
     process, session = lab
     pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
@@ -223,17 +207,6 @@ def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None
     assert len(last.split()) == 5  # complete to its last line
     with pytest.raises(FabricError, match="No fabric 'rems' is running"):
         open_session()
-
-
-def test_ctrl_c_ends_everything_within_three_seconds(lab: Lab) -> None:
-    process, session = lab
-    pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
-    begun = calm()
-    process.send_signal(signal.SIGINT)
-    process.wait(20)
-    assert calm() - begun < 3
-    assert process.returncode != 0
-    assert not any(alive(pid) for pid in pids)
 
 
 def test_a_taken_port_is_passed_over() -> None:

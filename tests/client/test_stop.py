@@ -1,19 +1,14 @@
 """STOP is put first and asked for later, with or without a clock."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 
 import pytest
 
 from rems_net.client import Fabric, Receipt, join
-from rems_net.errors import FabricError
 from rems_net.events import listening
 from rems_net.router.mail import Mail, Mailbox
-from rems_net.router.session import Session
-from rems_net.router.settings import Link
-from tests.agents.runs import Router, calm, free_port, until
+from tests.agents.runs import Router, calm, until
 from tests.client.programs import Start, programs
 
 Robots = Callable[..., Fabric]
@@ -104,35 +99,3 @@ def test_a_stranger_delays_no_stop(robots: Robots, start: Start, way: str) -> No
     begun = calm()
     assert [receipt.stands for receipt in fabric.stop()] == [True, True]
     assert calm() - begun < 0.5
-
-
-def test_stopping_no_robot_is_an_error(robots: Robots) -> None:
-    fabric = robots()
-    with pytest.raises(FabricError, match=r": there is no robot to stop\."):
-        fabric.stop()
-
-
-def test_the_clock_releases(robots: Robots) -> None:
-    fabric = robots("clock=robot/a,robot/b")
-    until(lambda: fabric.session.who("rems/clock/@alive"))
-    assert fabric.release() == ["robot/a", "robot/b"]
-
-
-def test_without_a_clock_the_router_releases(robots: Robots) -> None:
-    fabric = robots("a=stands")
-    assert fabric.release() is False
-    fabric.stop()
-    assert fabric.release() is True
-    assert fabric.release() is False
-
-
-def test_nobody_keeps_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A router that is Zenoh's own."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    monkeypatch.setenv("REMS_ROUTER", endpoint)
-    with (
-        Session(Link(endpoint, serve=True)),
-        join() as fabric,
-        pytest.raises(FabricError, match="no clock and no router keeps a STOP"),
-    ):
-        fabric.release()

@@ -1,7 +1,5 @@
 """STOP of real runs: frozen, held, gone and new clocks, frozen robots, the next run."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform
@@ -186,6 +184,7 @@ def test_a_frozen_robot_that_is_out_of_sight_is_named(run: Run) -> None:
             key = fabric.session.key("robot", "a", "@alive")
             until(lambda: not fabric.session.who(key))
             a, b = fabric.stop()
+            assert rems("stop").returncode == 1
         finally:
             os.kill(frozen, signal.SIGCONT)
     assert str(a) == f"robot/a on {platform.node()} has not answered"

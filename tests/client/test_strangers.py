@@ -1,7 +1,5 @@
 """Questions from outside, beside programs that keep them open or answer nonsense."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -114,6 +112,7 @@ def test_a_stranger_changes_no_answer_and_delays_none(
     assert soon(lambda: robot.grip(0.02)) == {"width": 0.02, "firmly": False}
     with pytest.raises(AgentError, match="no hand is that small"):
         soon(lambda: robot.grip(-1.0))
+    assert len(soon(lambda: list(robot.watch("state", count=1)))) == 1
     assert soon(lambda: fabric.clock("pace", 2.0)) == 2.0
     with pytest.raises(FabricError):
         soon(lambda: fabric.robot("ghost"))

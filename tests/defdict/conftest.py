@@ -1,7 +1,5 @@
 """A value with groups inside groups."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

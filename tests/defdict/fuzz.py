@@ -6,8 +6,6 @@ Whatever comes, a decoder returns a value that encodes again, or raises WireErro
 within a bound of time and memory. Anything else ends the run and prints the input.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 import time

@@ -7,8 +7,6 @@ Woodbot itself, in tests/golden/woodbot.
 They change only when the wire format does: `python -m tests.defdict.golden`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

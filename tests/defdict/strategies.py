@@ -1,7 +1,5 @@
 """Random fields, schemas and values for hypothesis."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Values, groups and globs are computed with, units kept and checked."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """CDR: what is encoded decodes to the same, and another implementation agrees."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from contextlib import suppress

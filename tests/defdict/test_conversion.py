@@ -1,7 +1,5 @@
 """One schema becomes another: units, percent, counts, tables, policies."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Converters: their policies, what they take, how they explain themselves."""
 
-from __future__ import annotations
-
 import importlib
 
 import pytest

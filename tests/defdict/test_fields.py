@@ -1,7 +1,5 @@
 """What each kind of field takes, stores and refuses."""
 
-from __future__ import annotations
-
 import pydoc
 from functools import partial
 from typing import Any, cast

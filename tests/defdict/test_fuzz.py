@@ -1,7 +1,5 @@
 """The fuzzer, for a moment: long runs are made by hand (see fuzz.py)."""
 
-from __future__ import annotations
-
 import os
 
 from tests.defdict import fuzz

@@ -1,7 +1,5 @@
 """Laws that hold for any schema and any value."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Many values at once: the same numbers as one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

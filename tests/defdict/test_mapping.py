@@ -1,7 +1,5 @@
 """A DefDict is a mapping with fixed keys, with attributes, paths, globs and arrays."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import MutableMapping

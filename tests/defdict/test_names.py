@@ -1,7 +1,5 @@
 """Names that mean two things: a unit, to calculate with, and what makes a field."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What other languages may write, and payloads that do not fit."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import struct

@@ -1,7 +1,5 @@
 """RowCodec: the messages of a crowd at once, as they are made one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Rules: found by the fields they need, composed, and run backwards."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, cast
 

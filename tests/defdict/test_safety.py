@@ -1,7 +1,5 @@
 """What may come from anybody: units, names and numbers that mean harm."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from typing import Any, cast

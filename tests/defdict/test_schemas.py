@@ -1,7 +1,5 @@
 """What a schema is made of, and what is none: in Python, and as it came."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, cast
 

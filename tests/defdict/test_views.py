@@ -1,7 +1,5 @@
 """Groups and globs are live views of a value."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The wire format: kept bytes, digests, and payloads that do not fit."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """classroom.md: its links, its sources and its commands are there."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

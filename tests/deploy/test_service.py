@@ -1,7 +1,5 @@
 """rems-serve.service and Containerfile: what they run is served, and no more."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -1,7 +1,5 @@
 """zenohd.json5: the settings of our own router, tried with a real zenohd."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Robots outside of a host: opened, and told what to do again and again, as by one."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

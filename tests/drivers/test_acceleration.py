@@ -1,7 +1,5 @@
 """Accelerometers: the same by mathematics and in both engines, and as MuJoCo has it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

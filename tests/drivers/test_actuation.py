@@ -1,7 +1,5 @@
 """Actuation: lag, delay, dead band and gain of motors, alike in every driver."""
 
-from __future__ import annotations
-
 from math import exp
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`driver = "remote"`: a robot of another run, driven from here under a lease."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

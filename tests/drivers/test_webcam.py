@@ -1,7 +1,5 @@
 """Webcams: what is refused, without one; and lenses from pictures of a board."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The line of an emulator, what goes wrong on it, and what a port makes of that."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from pathlib import Path

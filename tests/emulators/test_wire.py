@@ -1,7 +1,5 @@
 """Bytes that are heard at another speed than they were sent at."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

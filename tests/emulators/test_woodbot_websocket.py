@@ -1,7 +1,5 @@
 """The class's first firmware, emulated: what it does with each frame and quirk."""
 
-from __future__ import annotations
-
 import pytest
 
 from rems_net.emulators.known import emulated

@@ -1,7 +1,5 @@
 """Agents of which the generated experiments are made."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net import (

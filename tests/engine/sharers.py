@@ -1,7 +1,5 @@
 """Agents that write some fields of a youBot's command."""
 
-from __future__ import annotations
-
 from rems_net import In, Input, Out, Process, Schema, Settings, Tick
 from rems_net.defdict import angle, boolean, length, percent, velocity
 from rems_net.robots.scaler import Scaler

@@ -1,7 +1,5 @@
 """Verbs that processes call: at which tick, from where, and what is wrong with one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

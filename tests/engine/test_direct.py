@@ -1,7 +1,5 @@
 """`rems run --direct`: the same words, files and statuses as a run in processes."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

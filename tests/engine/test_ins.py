@@ -1,7 +1,5 @@
 """The value of an In is another agent's: its reader can keep it, and not set it."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One law: an engine, one host and many hosts give the same bytes."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """Users' attributes have any name that is not taken; a taken one is refused."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """A method that does not return before the first tick is named, with its line."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A robot whose command several agents write, each some of its fields."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """An experiment as an engine, stepped by its caller."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Settings that change while an agent runs: checked, recorded, and done again."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """One experiment in the engine, in one host and in many."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path

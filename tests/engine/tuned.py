@@ -1,7 +1,5 @@
 """Agents with settings that change while they run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net import Definition, In, Input, Out, Schema, Settings, Tick, sin

@@ -1,7 +1,5 @@
 """Agents whose verbs a program outside calls."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net import Definition, In, Input, Out, Process, Schema, Tick, verb

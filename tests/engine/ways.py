@@ -6,8 +6,6 @@ Everything goes to OUT/engine, OUT/one and OUT/many: in the engine, in one host,
 the hosts of the file. Prints `NAME: N files, of which differ: ...` for each experiment.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Compiling the firmware's C for a test; skips in words where nothing can."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Iterable

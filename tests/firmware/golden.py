@@ -8,8 +8,6 @@ They change only when the wire format or Woodbot does:
 `python -m tests.firmware.golden`.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 import struct

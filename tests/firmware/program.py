@@ -1,40 +1,23 @@
 """The firmware's own tests in C: compiled here, that of the codec with any tables."""
 
-from __future__ import annotations
-
-import shutil
 import subprocess
 from pathlib import Path
-
-import pytest
 
 from rems_net.agents.robot import Definition
 from rems_net.defdict.wire.reader import longest
 from rems_net.firmware import fits
 from rems_net.packing import pack
+from tests.firmware.compiling import SANITIZE, STRICT, build, compiler
 
-FIRMWARE = Path(__file__).parent.parent.parent / "firmware" / "esp32_woodbot"
 SOURCES = ("core/codec.c", "core/woodbot_schemas.c", "test/test_codec.c")
-FLAGS = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-pedantic"]
-SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
 def compiled(firmware: Path, folder: Path, names: tuple[str, ...] = SOURCES) -> Path:
     """The program, called as its last source is; with sanitizers where they run."""
-    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    if compiler is None:
-        pytest.skip("There is no C compiler here: cc, gcc and clang are not found.")
-    more = SANITIZE if _works([compiler, *SANITIZE], folder) else []
-    sources = [str(firmware / name) for name in names]
-    program = folder / Path(names[-1]).stem
-    done = subprocess.run(
-        [compiler, *FLAGS, *more, *sources, "-o", str(program)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return program
+    more = SANITIZE if _works([compiler(), *SANITIZE], folder) else []
+    sources = [firmware / name for name in names]
+    words: list[str | Path] = [compiler(), *STRICT, "-O1", *more, *sources]
+    return build(words, folder / sources[-1].stem)
 
 
 def _works(command: list[str], folder: Path) -> bool:

@@ -1,7 +1,5 @@
 """A servo that is known, found again from the speeds that its pulses make."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from random import Random

@@ -1,7 +1,5 @@
 """The firmware's codec: compiled here, and held against Python's own."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct
@@ -14,8 +12,9 @@ from rems_net.defdict import Schema
 from rems_net.errors import WireError
 from rems_net.robots.woodbot import Woodbot
 from tests.defdict.fuzz import mutate
+from tests.firmware.compiling import FIRMWARE
 from tests.firmware.golden import BAD, FOLDER, VALUES, schemas, wheels
-from tests.firmware.program import FIRMWARE, check_tables, compiled, run
+from tests.firmware.program import check_tables, compiled, run
 
 TRIES = 4000
 

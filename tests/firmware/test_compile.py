@@ -1,7 +1,5 @@
 """The core, compiled as far as it can be: clean, small, and of nothing but C11."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The core, fuzzed for a moment: a long run is a command of one line (fuzz/*.c)."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """What the firmware has from its definition: never stale, and never too much."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
@@ -14,7 +12,8 @@ from rems_net.defdict import angular_velocity, boolean, integer, length, number
 from rems_net.errors import ExperimentError, SchemaError
 from rems_net.firmware import generate
 from rems_net.robots.woodbot import Woodbot
-from tests.firmware.program import FIRMWARE, check_tables, compiled, run
+from tests.firmware.compiling import FIRMWARE
+from tests.firmware.program import check_tables, compiled, run
 
 CORE = FIRMWARE / "core"
 SPEED = angular_velocity(range=(-7.3, 7.3))

@@ -1,7 +1,5 @@
 """CsvInput: which row holds when, our format and the class's, and its speed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

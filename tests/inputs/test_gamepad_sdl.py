@@ -1,7 +1,5 @@
 """A gamepad by SDL: a virtual one, which SDL itself has for such tests."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import sys

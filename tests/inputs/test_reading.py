@@ -1,7 +1,5 @@
 """What is no file, never ends or is too large is refused before it is read."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Arms to try: those of the robots, and one as a student may build it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi
 

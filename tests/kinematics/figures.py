@@ -1,7 +1,5 @@
 """Figures of inverse kinematics: `python -m tests.kinematics.figures [TARGETS]`."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import dataclass

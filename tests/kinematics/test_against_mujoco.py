@@ -1,7 +1,5 @@
 """Forward kinematics and Jacobians are those of MuJoCo, to 1e-9."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import atan2, cos, sin
 from typing import Any

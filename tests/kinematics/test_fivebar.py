@@ -1,7 +1,5 @@
 """SCALER's linkage: the vectors of the original's closed form, and its way back."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

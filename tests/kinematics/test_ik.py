@@ -1,7 +1,5 @@
 """Inverse kinematics: what can be reached is found, what cannot is said."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

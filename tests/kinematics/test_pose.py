@@ -1,7 +1,5 @@
 """Poses: the laws of rotations, and what is none."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

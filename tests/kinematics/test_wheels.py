@@ -1,7 +1,5 @@
 """Bases: the sheet's formulas, there and back, and what wheels cannot do."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ A line `<monotonic s> <tick>` for each new tick that the clock has heard of it; 
 machines of a rig share that time. The clock's place is told as to any other program.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

@@ -1,7 +1,5 @@
 """A class comes together: by address, code and multicast, filtered or not."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

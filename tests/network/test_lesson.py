@@ -1,7 +1,5 @@
 """docs/class.md: every command of the lesson, on the laptop that the page says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

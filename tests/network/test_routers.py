@@ -1,14 +1,11 @@
 """A router that is restarted, frozen, or moved to another address."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import pytest
 
 from tests.network.lab import SOON, Lab
-from tests.network.test_runs import alone, ends
 from tests.reliability.rig.programs import until
 from tests.reliability.rig.rig import missing
 
@@ -18,41 +15,6 @@ pytestmark = [
     pytest.mark.timeout(400),
     pytest.mark.skipif(bool(missing()), reason=missing()),
 ]
-
-
-@pytest.mark.parametrize("fault", ["restarted", "frozen"])
-def test_a_closed_run_goes_on(tmp_path: Path, fault: str) -> None:
-    with Lab(tmp_path) as lab:
-        hub, router = lab.build().router("hub")
-        expected = alone(lab, router, duration=6, pace=1)
-        run, bring = lab.run_and_bring(router)
-        until(lambda: lab.rows() > 20, "rows", SOON)
-        if fault == "restarted":
-            hub.kill()
-            lab.wait(2)
-            lab.router("hub", router)
-        else:
-            hub.freeze()
-            lab.wait(8)
-            hub.thaw()
-        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
-        assert lab.digest("here") == expected
-
-
-def test_a_closed_run_whose_router_does_not_come_back(tmp_path: Path) -> None:
-    with Lab(tmp_path) as lab:
-        hub, router = lab.build().router("hub")
-        lab.file(duration=60, pace=1, back=3)
-        run, bring = lab.run_and_bring(router)
-        until(lambda: lab.rows() > 20, "rows", SOON)
-        hub.kill()
-        assert (ends(run), ends(bring)) == (1, 1)
-        last = f"\nrems: clock: the router at {router} is out of sight for 3 s\n"
-        assert run.text().endswith(last)
-        assert bring.text().endswith(
-            "rems: robot/two: the clock is out of sight for 3 s: this host ends"
-            " (R0522)\n"
-        )
 
 
 def test_an_open_fabric_that_is_served_again(tmp_path: Path) -> None:

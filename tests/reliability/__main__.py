@@ -1,7 +1,5 @@
 """`python -m tests.reliability`: measure, and write docs/measured/reliability.md."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

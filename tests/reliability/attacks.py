@@ -5,8 +5,6 @@ write a function in a file of `attacking/` with the decorator `attack`, and name
 file in `FILES`.
 """
 
-from __future__ import annotations
-
 import importlib
 import subprocess
 from collections.abc import Callable, Sequence
@@ -21,7 +19,7 @@ from tests.commands import Done, Running, command, finished
 from tests.reliability.page import Section, table
 
 #: files of `attacking/` with attacks, in the order of the table
-FILES = ("stops", "members", "texts", "tested")
+FILES = ("stops", "members", "tested")
 TEXT = """Programs that mean harm, performed by the suite on real routers, runs and
 robots. *Before* is what they did at commit 97ade92, *now* what they do today. The
 rights of a member with a password are in [a lesson with

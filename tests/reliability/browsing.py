@@ -1,7 +1,5 @@
 """A run, its page and a browser in which a person drives; and what the fabric hears."""
 
-from __future__ import annotations
-
 import subprocess
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """What faults do to a run over machines, and to what it had recorded."""
 
-from __future__ import annotations
-
 import re
 import signal
 import statistics

@@ -4,8 +4,6 @@ The firmware's C code, as `rems board emulate woodbot` runs it; a router, and a 
 of `rems router serve`; a program outside of any run commands it at every tick.
 """
 
-from __future__ import annotations
-
 from tests.firmware.emulated.scene import DEAD_BAND
 from tests.reliability.rig.rig import HERE
 from tests.reliability.rows import Row

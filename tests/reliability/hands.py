@@ -1,7 +1,5 @@
 """How many seconds after a person lets go the safe command is on the fabric."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """What the rig itself does to packets: the floor of all that is measured with it."""
 
-from __future__ import annotations
-
 import json
 import statistics
 from collections.abc import Callable, Sequence

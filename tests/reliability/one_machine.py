@@ -1,7 +1,5 @@
 """What befalls one machine: its disk is full, it has few files, its time is set."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import struct

@@ -1,7 +1,5 @@
 """measured/reliability.md: tables in marked places; the rest of the page is kept."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -3,8 +3,6 @@
 `Serial` is the driver under test: it drives a device of `programs/device.py`.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import threading

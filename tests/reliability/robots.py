@@ -1,7 +1,5 @@
 """Robots that a scene can drive: their definition, driver and emulated device."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The faults after which a driven robot has to stand still, and how each is made."""
 
-from __future__ import annotations
-
 import signal
 import time
 from collections.abc import Callable, Sequence

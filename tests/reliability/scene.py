@@ -6,8 +6,6 @@ apart   four machines: the router on `hub`; the clock, and another robot, on `la
         commander on `desk`; the driven robot on `bot`
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """How many seconds of wall time after a fault a driven robot stands still."""
 
-from __future__ import annotations
-
 import random
 import statistics
 import time

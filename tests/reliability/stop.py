@@ -1,7 +1,5 @@
 """How long it takes from STOP until the last of thirty robots stands still."""
 
-from __future__ import annotations
-
 import random
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Attacks are held off: `python -m tests.reliability attacks` has all of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The device itself: it obeys, answers, and stands still when nobody tells it."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

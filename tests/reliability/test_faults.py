@@ -1,7 +1,5 @@
 """Faults, one trial each: what was recorded is there, and the run does as it says."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A flood at any key changes nothing of others; a frozen watcher delays nobody."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from threading import Event

@@ -1,7 +1,5 @@
 """A person lets go of a robot; `python -m tests.reliability hands` has figures."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

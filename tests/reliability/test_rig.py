@@ -1,7 +1,5 @@
 """The rig: nothing is left of it, links do what they are told, and the page is kept."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

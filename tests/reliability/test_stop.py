@@ -1,7 +1,5 @@
 """STOP, timed: `python -m tests.reliability stop` has the figures."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Its drivers are those that ship; each leaves its process id in `out`.
 """
 
-from __future__ import annotations
-
 import threading
 
 from rems_net import In, Out, Schema, Tick

@@ -3,8 +3,6 @@
 By EGL on Linux (Mesa's will do: libegl1), by the system elsewhere.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

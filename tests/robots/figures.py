@@ -1,7 +1,5 @@
 """The Woodbot's figures of merit, measured: `python -m tests.robots.figures`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any

@@ -3,8 +3,6 @@
 The pictures are kept with the page; the texts are tested.
 """
 
-from __future__ import annotations
-
 import inspect
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The class's recordings, where they are: beside the repository, in shared/data."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The figures of docs/bodies.md: `python -m tests.robots.moving`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from math import hypot

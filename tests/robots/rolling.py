@@ -3,8 +3,6 @@
 `python -m tests.robots.rolling` prints the tables.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import hypot, pi
 

@@ -4,8 +4,6 @@ Of an e-puck that looks at a ball, a crate, a can and a Woodbot: by MuJoCo on th
 left, by PyBullet on the right. Then what a picture costs here.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from time import process_time
 from typing import Any

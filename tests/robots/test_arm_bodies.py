@@ -1,7 +1,5 @@
 """Bodies with arms: their trees are their kinematics, and both engines move them so."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Robots on two sides of wheels: what their definitions say, and how each drives."""
 
-from __future__ import annotations
-
 from math import hypot, pi
 from typing import Any
 

@@ -1,7 +1,5 @@
 """docs/robots.md: its texts are the definitions', and its pictures can be drawn."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from ctypes.util import find_library

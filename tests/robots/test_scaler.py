@@ -1,7 +1,5 @@
 """SCALER-M: two arms that go where they are told, each at its own speed."""
 
-from __future__ import annotations
-
 from math import pi
 
 import pytest

@@ -1,7 +1,5 @@
 """How far the Woodbot's three implementations are from the class's Webots."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

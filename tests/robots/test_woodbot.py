@@ -1,7 +1,5 @@
 """The Woodbot's definition: what it says about itself, without any driver."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 from typing import Any
 

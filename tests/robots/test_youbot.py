@@ -1,7 +1,5 @@
 """The youBot, its base and its arm: what they say, and as their own mathematics go."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from math import pi

@@ -1,7 +1,5 @@
 """How far a trajectory is from the class's Webots simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Users of a router, and what they ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

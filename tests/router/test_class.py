@@ -1,7 +1,5 @@
 """A router with a class list: teams are kept apart."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

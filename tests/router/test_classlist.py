@@ -1,7 +1,5 @@
 """A class list, its passwords, and the slips that they are on."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Names that are difficult to type, to tell apart or to read: each person logs in."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

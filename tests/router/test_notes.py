@@ -1,8 +1,6 @@
 """Notes of routers: nobody else writes them, reads others' files through them, or leads
 us astray by one."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

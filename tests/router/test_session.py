@@ -1,7 +1,5 @@
 """Real sessions on the loopback: publish, watch, ask, answer, presence."""
 
-from __future__ import annotations
-
 import json
 import signal
 import threading
@@ -17,9 +15,12 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 
+#: a router and a client of it
+Pair = tuple[Session, Session]
+
 
 @pytest.fixture
-def pair() -> Iterator[tuple[Session, Session]]:
+def pair() -> Iterator[Pair]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with (
         Session(Link(endpoint, serve=True)) as router,
@@ -28,22 +29,36 @@ def pair() -> Iterator[tuple[Session, Session]]:
         yield router, client
 
 
-def test_a_value_arrives_with_its_tick_and_schema(
-    pair: tuple[Session, Session],
-) -> None:
+def letter(box: Mailbox) -> Mail:
+    mail = box.get(20.0)
+    assert isinstance(mail, Mail)
+    return mail
+
+
+def sent(pair: Pair, payload: bytes, stamp: bytes | None = None) -> Mail:
+    """Return what the router gets of a value that the client publishes."""
+    router, client = pair
+    box = Mailbox()
+    router.watch("rems/a", box)
+    publisher = client.publisher("rems/a")
+    until(lambda: publisher.watched)
+    publisher.put(payload, stamp)
+    return letter(box)
+
+
+def test_a_value_arrives_with_its_tick_and_schema(pair: Pair) -> None:
     router, client = pair
     box = Mailbox()
     router.watch("rems/robot/*/state", box)
     publisher = client.publisher("rems/robot/a/state", "cart.state@12ab")
     until(lambda: publisher.watched)
     publisher.put(b"\x80", pack_stamp(7, 0.7))
-    mail = box.get(20.0)
-    assert isinstance(mail, Mail)
+    mail = letter(box)
     assert (mail.key, mail.payload) == ("rems/robot/a/state", b"\x80")
     assert (mail.schema, mail.stamp()) == ("cart.state@12ab", Stamp(7, 0.7, 0, 7))
 
 
-def test_a_publisher_knows_whether_it_is_watched(pair: tuple[Session, Session]) -> None:
+def test_a_publisher_knows_whether_it_is_watched(pair: Pair) -> None:
     router, client = pair
     publisher = client.publisher("rems/robot/a/state")
     assert publisher.watched is False
@@ -53,13 +68,12 @@ def test_a_publisher_knows_whether_it_is_watched(pair: tuple[Session, Session]) 
     until(lambda: publisher.watched is False)
 
 
-def test_a_value_without_a_stamp_has_no_tick(pair: tuple[Session, Session]) -> None:
+def test_a_value_without_a_stamp_has_no_tick(pair: Pair) -> None:
     router, client = pair
     box = Mailbox()
     router.watch("rems/a", box)
     client.put("rems/a", b"\x01")
-    mail = box.get(20.0)
-    assert isinstance(mail, Mail)
+    mail = letter(box)
     assert (mail.stamp(), mail.schema) == (UNSTAMPED, "")
 
 
@@ -67,22 +81,13 @@ def test_a_value_without_a_stamp_has_no_tick(pair: tuple[Session, Session]) -> N
     "stamp",
     [b"\xc1", b"\x93\x01\x02\x03", b"\xa1x", pack([inf, 0.0]), pack([1, inf])],
 )
-def test_a_stamp_of_nonsense_is_refused(
-    pair: tuple[Session, Session], stamp: bytes
-) -> None:
-    router, client = pair
-    box = Mailbox()
-    router.watch("rems/a", box)
-    publisher = client.publisher("rems/a")
-    until(lambda: publisher.watched)
-    publisher.put(b"\x01", stamp)
-    mail = box.get(20.0)
-    assert isinstance(mail, Mail)
+def test_a_stamp_of_nonsense_is_refused(pair: Pair, stamp: bytes) -> None:
+    mail = sent(pair, b"\x01", stamp)
     with pytest.raises(WireError):
         mail.stamp()
 
 
-def test_ask_and_answer(pair: tuple[Session, Session]) -> None:
+def test_ask_and_answer(pair: Pair) -> None:
     router, client = pair
     box = Mailbox()
     router.answer("rems/robot/a/**", box)
@@ -103,7 +108,7 @@ def test_ask_and_answer(pair: tuple[Session, Session]) -> None:
     assert (mail.schema, mail.stamp()) == ("s@1", Stamp(1, 0.1, 0, 1))
 
 
-def test_a_refusal_is_raised_with_its_own_words(pair: tuple[Session, Session]) -> None:
+def test_a_refusal_is_raised_with_its_own_words(pair: Pair) -> None:
     router, client = pair
     box = Mailbox()
     router.answer("rems/clock/@join", box)
@@ -140,7 +145,7 @@ def test_no_router_says_what_to_start() -> None:
     assert str(caught.value).startswith(f"No router answers at {endpoint}. Start one")
 
 
-def test_a_taken_port_is_said(pair: tuple[Session, Session]) -> None:
+def test_a_taken_port_is_said(pair: Pair) -> None:
     router, _ = pair
     with pytest.raises(
         FabricError,
@@ -176,22 +181,13 @@ def test_settings_on_the_wire_are_a_star_without_multicast() -> None:
     assert json.loads(shared)["scouting"]["multicast"]["enabled"] is False
 
 
-def test_a_payload_beyond_the_bound_is_not_read(
-    pair: tuple[Session, Session],
-) -> None:
-    router, client = pair
-    box = Mailbox()
-    router.watch("rems/a", box)
-    publisher = client.publisher("rems/a")
-    until(lambda: publisher.watched)
-    publisher.put(bytes(MAX_PAYLOAD + 1))
-    mail = box.get(10.0)
-    assert isinstance(mail, Mail)
+def test_a_payload_beyond_the_bound_is_not_read(pair: Pair) -> None:
+    mail = sent(pair, bytes(MAX_PAYLOAD + 1))
     with pytest.raises(WireError, match="16777217 bytes came; expected at most"):
         _ = mail.payload
 
 
-def test_ctrl_c_in_a_callback_is_not_lost(pair: tuple[Session, Session]) -> None:
+def test_ctrl_c_in_a_callback_is_not_lost(pair: Pair) -> None:
     """What a session tells itself is answered in the thread that asks."""
     router, _ = pair
     asked = []

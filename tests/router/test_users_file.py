@@ -1,7 +1,5 @@
 """The file of a router's users: what is wrong in it, and what the router says."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Every example can be drawn: by what its robots and worlds answer at `@scene`."""
 
-from __future__ import annotations
-
 import json
 import runpy
 from collections.abc import Iterator

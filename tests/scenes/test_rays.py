@@ -1,7 +1,5 @@
 """Rays without an engine see what MuJoCo's see; outlines say who is in one place."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from math import cos, hypot, inf, pi, sin, sqrt
 from random import Random

@@ -1,7 +1,5 @@
 """What programs can draw: places, things and robots as plain values."""
 
-from __future__ import annotations
-
 import json
 from math import pi
 from pathlib import Path

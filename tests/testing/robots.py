@@ -3,8 +3,6 @@
 Each says in its docstring which check finds it, and a part of what that says.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import random

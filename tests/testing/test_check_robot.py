@@ -1,7 +1,5 @@
 """What check_robot says of good robots, and of wrong ones of every kind."""
 
-from __future__ import annotations
-
 import gc
 import inspect
 import re

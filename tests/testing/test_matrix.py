@@ -1,7 +1,5 @@
 """Every cell of the table: found among the parts, and it does what a robot must."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

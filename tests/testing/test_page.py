@@ -1,7 +1,5 @@
 """What the page on checking shows is what is said."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -33,7 +33,6 @@ folder in which you type this. No other file of this laptop is opened.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems agent bring`."""
     parser.add_argument(
         "--as",
         dest="machine",

@@ -38,7 +38,6 @@ KINDS = ("input", "robot", "process", "output")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems agent start`."""
     parser.add_argument("kind", metavar="KIND", help=f"{', '.join(KINDS)}, or a file")
     parser.add_argument(
         "type", metavar="TYPE", nargs="?", help="as in `rems show`, or a file"

@@ -26,7 +26,6 @@ It goes on until Ctrl+C; the cable may be pulled out, and plugged in again.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board bridge`."""
     parser.add_argument("port", metavar="PORT", help="the robot's serial port")
     parser.add_argument(
         "address",

@@ -86,7 +86,6 @@ class Calibration(NamedTuple):
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board calibrate`."""
     parser.add_argument("robot", metavar="ROBOT", help="such as woodbot-7")
     parser.add_argument(
         "--ruler", action="store_true", help="you measure how far it went"

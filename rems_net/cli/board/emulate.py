@@ -51,7 +51,6 @@ CHANGED = 1.0
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board emulate`."""
     parser.add_argument("what", metavar="WHAT", help=f"one of {', '.join(WHATS)}")
     parser.add_argument(
         "--port", default="", help="where a device is to be; not for Woodbots"

@@ -25,7 +25,6 @@ The robot keeps its settings. docs/firmware.md shows how to make an image.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board flash`."""
     parser.add_argument("image", metavar="IMAGE", type=Path, help="a file NAME.bin")
     parser.add_argument(
         "--port", help="the board's serial port, as in `rems board ports`"

@@ -21,7 +21,6 @@ Then flash the robot anew.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board generate`."""
     parser.add_argument(
         "--definition",
         metavar="PART",

@@ -20,7 +20,6 @@ Asking moves nothing. A robot that another program drives is left alone.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board ports`."""
     parser.add_argument("port", metavar="PORT", nargs="*", help="only these")
     parser.add_argument("--quiet", action="store_true", help="ask nobody")
     parser.add_argument("--json", action="store_true", help="for programs")

@@ -32,7 +32,6 @@ The password is asked for, or read from {VARIABLE} or standard input.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems board provision`."""
     parser.add_argument("--port", help="the robot's serial port")
     parser.add_argument("--name", help="of the robot: robot/NAME on the fabric")
     parser.add_argument("--fabric", default="", metavar="NAME", help="its fabric")

@@ -58,7 +58,6 @@ ROBOTS = "robots"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems check`."""
     parser.add_argument(
         "what", metavar="WHAT", help=f"a file, a robot's definition, or `{ROBOTS}`"
     )

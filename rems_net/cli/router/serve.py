@@ -59,7 +59,6 @@ Then, on any laptop:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems router serve`."""
     parser.add_argument("--dt", default="20 ms", help="the time of a tick (20 ms)")
     parser.add_argument("--pace", default="1", help="real-time factor (1)")
     parser.add_argument("--fabric", default=FABRIC, help=f"its name ({FABRIC})")

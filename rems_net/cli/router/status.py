@@ -14,7 +14,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `rems router status`."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of a router")
 
 

@@ -31,7 +31,6 @@ examples:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `rems router use`."""
     parser.add_argument("address", metavar="ADDRESS", nargs="?", help="of the router")
     parser.add_argument("--user", metavar="NAME", help="who you are, as on your slip")
     add_fabric(parser)

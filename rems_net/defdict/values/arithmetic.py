@@ -9,8 +9,6 @@ that is added is in the field's own unit. A result that is written back is check
 like any other value: one in another unit is refused, and then nothing changes.
 """
 
-from __future__ import annotations
-
 import importlib
 import operator
 from collections.abc import Callable, Iterable

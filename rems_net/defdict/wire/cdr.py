@@ -7,8 +7,6 @@ text and choices are strings, bytes a sequence of uint8, arrays have a fixed len
 a group or an item of a list is a message of its own.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A clock: its pace, what it is told, and that a fabric has one."""
 
-from __future__ import annotations
-
 import threading
 import time
 from contextlib import suppress

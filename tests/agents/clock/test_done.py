@@ -1,7 +1,5 @@
 """A `done` is for several ticks if more of them wait; before a wait, all is said."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

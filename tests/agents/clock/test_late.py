@@ -1,7 +1,5 @@
 """A run that was held, and members that were away: told, and nobody driven through."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

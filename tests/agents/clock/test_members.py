@@ -1,7 +1,5 @@
 """The table of a member's states: which comes after which, and when it is given up."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

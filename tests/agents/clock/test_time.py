@@ -1,7 +1,5 @@
 """Fabric time: ticks, phases, every k-th tick, free-running members, pace."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Agents that crash, in the ways that `how` says, the first `times` that they live."""
 
-from __future__ import annotations
-
 import os
 import signal
 

@@ -1,7 +1,5 @@
 """Agents that hear themselves, and agents whose Ins have no schema of their own."""
 
-from __future__ import annotations
-
 from rems_net import In, Out, Output, Process, Schema, Tick
 from rems_net.defdict import integer, length
 

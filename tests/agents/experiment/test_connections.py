@@ -1,7 +1,5 @@
 """Connections to oneself, to each other, by globs, and without a schema."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

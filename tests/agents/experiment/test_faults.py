@@ -1,7 +1,5 @@
 """What goes wrong in an agent: one sentence, whole files, and nothing left behind."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """An experiment in a file is the same experiment as in Python."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """A run's folder: its own, never mixed with an older run's, nobody's file lost."""
 
-from __future__ import annotations
-
 import json
 import os
 import threading

@@ -1,7 +1,5 @@
 """Agents of another machine: here, of another process that shares only a router."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

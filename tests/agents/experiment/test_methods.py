@@ -1,7 +1,5 @@
 """Classes as beginners write them: one sentence, which names the line to mend."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Which files go to another machine with an agent, and which never do."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

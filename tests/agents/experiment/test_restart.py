@@ -1,7 +1,5 @@
 """A member that crashed is started again, as often as the experiment says."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

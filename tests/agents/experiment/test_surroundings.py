@@ -1,7 +1,5 @@
 """What stands around the robots: in run.json, in pictures, and as a warning."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

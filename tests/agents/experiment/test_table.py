@@ -1,7 +1,5 @@
 """One way to write a plan: in a file, for a host, for another machine, in run.json."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -6,8 +6,6 @@ Whatever comes, a reader returns something that fits or raises WireError. Anythi
 ends the run and prints the message.
 """
 
-from __future__ import annotations
-
 import random
 import re
 import sys

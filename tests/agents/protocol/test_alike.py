@@ -1,7 +1,5 @@
 """Two laptops with definitions that differ: the field is named, and what to do."""
 
-from __future__ import annotations
-
 import pytest
 
 from rems_net.agents.protocol.alike import unlike

@@ -1,7 +1,5 @@
 """Every word between a clock and its hosts: read with all checks, or refused."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Robots' files as users have them, with what is usual and awkward in such files."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from typing import Any

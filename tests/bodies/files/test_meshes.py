@@ -1,7 +1,5 @@
 """Meshes as users have them: an engine is given all that touches, or it is told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A mistake in a robot's file, or in what is said of it, is told before any start."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

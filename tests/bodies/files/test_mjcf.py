@@ -1,7 +1,5 @@
 """What an MJCF says holds; its floor, motors, sensors and options stay out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An MJCF in PyBullet is the robot that MuJoCo has, or is refused by what it uses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,7 @@ from rems_net.errors import SchemaError
 from rems_net.libraries import load
 from rems_net.testing import check_robot
 from tests.bodies.files.robots import LIMB, Cart, Limb, cube, made, written
-from tests.drivers.physics.test_physics import bits, needs
+from tests.drivers.physics.test_physics import needs
 from tests.robots.moving import obey, running
 
 pytestmark = [needs("mujoco"), needs("pybullet")]
@@ -123,18 +121,6 @@ def test_a_cart_drives_as_in_mujoco(tmp_path: Path) -> None:
     assert ends[0] == pytest.approx([0.195, 0.0, 0.95], abs=0.05)
     assert ends[1] == pytest.approx(ends[0], abs=0.12)
     assert ends[1][:2] == pytest.approx(ends[0][:2], abs=0.01)
-
-
-def test_it_resets_to_the_bit(tmp_path: Path) -> None:
-    kind = made(MjcfCart, written(tmp_path, "cart.xml", CART))
-    with running(kind, Pybullet) as robot:
-        twice = []
-        for _ in range(2):
-            for _ in range(5):
-                obey(robot, {"left": 5.0, "right": 4.0})
-            twice.append(bits(robot))
-            robot.reset()
-        assert twice[0] == twice[1]
 
 
 @pytest.mark.parametrize(

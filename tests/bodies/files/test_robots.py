@@ -1,7 +1,5 @@
 """A robot of the user's own file does what every robot does, in both engines."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -86,15 +84,6 @@ def test_several_share_a_world(driver: str, tmp_path: Path) -> None:
     finally:
         for robot in robots:
             robot.close()
-
-
-def test_two_in_one_place_are_refused(tmp_path: Path) -> None:
-    cart = made(Cart, written(tmp_path, "cart.urdf", CART))
-    lab = Experiment("shared", dt=DT, duration="1 s", folder=tmp_path)
-    for name, x in (("a", 0.0), ("b", 0.1)):
-        lab.robot(name, cart, "kinematic", world="hall", initial={"x": x})
-    with pytest.raises(Exception, match=r"one place holds one of them"):
-        lab.check()
 
 
 @pytest.mark.parametrize(

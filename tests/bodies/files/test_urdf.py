@@ -1,7 +1,5 @@
 """What a URDF says is what engines are given: geometry, masses, axes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import fromstring

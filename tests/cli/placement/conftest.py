@@ -1,7 +1,5 @@
 """Two laptops, each a folder, a user, settings and notes of its own; one router."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What a hostile run may have opened, used or learnt of the laptop that brings it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

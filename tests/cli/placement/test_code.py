@@ -1,7 +1,5 @@
 """Classes of the user's own on two laptops: code never travels, data does."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import signal

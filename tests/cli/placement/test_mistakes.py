@@ -1,7 +1,5 @@
 """What `rems run` and `rems agent bring` say of machines before anything starts."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.cli.conftest import KEYS

@@ -1,7 +1,5 @@
 """A run that is none starts nothing, and who asks a run nonsense is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What `rems agent bring` asks, what it trusts unasked, and what a run learns."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Iterator
 from dataclasses import replace

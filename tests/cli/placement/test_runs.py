@@ -1,7 +1,5 @@
 """`machine = "b"` and `rems agent bring --as b`: two laptops, the same bytes."""
 
-from __future__ import annotations
-
 import signal
 
 from rems_net.router.message import machine as name_of_this

@@ -1,7 +1,5 @@
 """Laptops that differ in their rems_net, or in a definition: both are told."""
 
-from __future__ import annotations
-
 import signal
 
 from rems_net.router.message import machine as name_of_this

@@ -1,7 +1,5 @@
 """What the tests of driven robots share: the device's process, and what it noted."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

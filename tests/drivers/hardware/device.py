@@ -14,8 +14,6 @@ replies), `late 0.2` (s), `hang 3` (s; reads and answers nothing), `unplug 2` (s
 terminal is gone, and comes back under the same link), `fine`.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -3,8 +3,6 @@
 `python -m tests.drivers.hardware.host KIND WHERE`: a kind of `kinds.py`, a port or URL.
 """
 
-from __future__ import annotations
-
 import sys
 
 from tests.drivers import alone

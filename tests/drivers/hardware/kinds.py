@@ -1,7 +1,5 @@
 """Every kind of line: its driver, what is emulated behind it, and what that obeys."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass

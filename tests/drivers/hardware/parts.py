@@ -1,7 +1,5 @@
 """A cart, the driver of its firmware in `device.py`, and drivers that make mistakes."""
 
-from __future__ import annotations
-
 import math
 import os
 from typing import Any

@@ -1,7 +1,5 @@
 """What a robot says whose device cannot be reached."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """A driver and its device: what goes wrong on a line, and what the device hears."""
 
-from __future__ import annotations
-
 import re
 import sys
 import threading

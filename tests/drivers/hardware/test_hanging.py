@@ -1,7 +1,5 @@
 """A device that is silent, and calls that never return."""
 
-from __future__ import annotations
-
 import re
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A robot without a watchdog stands still when its host can no longer stop it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The process that holds a port: what it writes there, whatever happens to its host."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

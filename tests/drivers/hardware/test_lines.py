@@ -1,7 +1,5 @@
 """What goes wrong on a line, for every kind of it, and what drivers make of that."""
 
-from __future__ import annotations
-
 import re
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a driver says instead of opening: what to check, and what to type."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

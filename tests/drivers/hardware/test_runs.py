@@ -1,15 +1,10 @@
 """A driven robot in whole runs: real processes, a real clock, a device that listens."""
 
-from __future__ import annotations
-
 import csv
-import os
 import re
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -158,16 +153,6 @@ def test_unplugged_in_the_middle(tmp_path: Path) -> None:
     assert sum("is back after" in x for x in told.of("device")) == len(lost)
 
 
-def test_wrong_port(tmp_path: Path) -> None:
-    with Device(tmp_path) as device:
-        made = lab(device, 5.0, port=str(tmp_path / "ttyY"))
-        with pytest.raises(AgentError) as caught:
-            run(made, tmp_path)
-    assert str(caught.value).startswith("robot/b: there is no connection to its device")
-    assert "ttyY" in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_run_ends_while_a_call_hangs(tmp_path: Path) -> None:
     """Its host ends, too: nothing of the device holds it."""
 
@@ -184,50 +169,6 @@ def test_a_run_ends_while_a_call_hangs(tmp_path: Path) -> None:
             lab(device, 60.0, "BareCart").run(tmp_path / "out", show=told)
     assert re.search(r"exchange\(\) hangs for \d\.\d s \(parts\.py", str(caught.value))
     assert "switch it off" in str(caught.value)
-
-
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
-def test_only_the_device_can_help(tmp_path: Path, how: signal.Signals) -> None:
-    """The robot's host is killed, or frozen: this is what its own watchdog is for."""
-
-    def beside(clock: Any) -> None:
-        until(lambda: device.speed == 0.5)
-        hosts = [pid for pid in relatives(f"PARTS_MARK={tmp_path}") if robots(pid)]
-        for pid in hosts:
-            os.kill(pid, how)
-        until(lambda: any("watchdog" in note for note in device.notes()))
-        last = device.heard()[-1]
-        stood = next(n["t"] for n in device.notes() if "watchdog" in n)
-        assert last["heard"][0] == 0.5
-        assert stood - last["t"] < 0.5 + BUSY
-        if how == signal.SIGSTOP:
-            woke = time.monotonic()
-            for pid in hosts:
-                os.kill(pid, signal.SIGCONT)
-            heard = until(lambda: device.heard(woke))
-            # The cycle in which it was frozen may end; then it stands, or is told anew.
-            assert heard
-            with rems_net.join() as fabric:
-                fabric.clock("end")
-
-    def robots(pid: int) -> bool:
-        return pid != device.process.pid and device.link.resolve() in open_files(pid)
-
-    with Device(tmp_path, watchdog=0.5) as device:
-        made = lab(device, 60.0)
-        if how == signal.SIGKILL:
-            with pytest.raises(AgentError, match="killed by signal 9"):
-                run(made, tmp_path, beside)
-        else:
-            run(made, tmp_path, beside)
-
-
-def open_files(pid: int) -> set[Path]:
-    found = set()
-    for path in Path(f"/proc/{pid}/fd").iterdir():
-        with suppress(FileNotFoundError):
-            found.add(path.readlink())
-    return found
 
 
 def test_a_stamp_of_the_future_moves_no_device(tmp_path: Path) -> None:

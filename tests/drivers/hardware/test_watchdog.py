@@ -1,7 +1,5 @@
 """What a driven robot obeys: its laws, without a device."""
 
-from __future__ import annotations
-
 import time
 from math import inf, nan
 from threading import Event

@@ -1,11 +1,7 @@
 """The driver of the class's first firmware, and that firmware, over real sockets."""
 
-from __future__ import annotations
-
 import http.server
 import socket
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -125,25 +121,6 @@ def test_its_echoes_break_a_strict_client() -> None:
         with pytest.raises(closed) as caught:
             other.recv(timeout=5)
         assert caught.value.sent.code == 1007
-
-
-def test_it_stands_when_nobody_tells_it_anything() -> None:
-    """A host that is stuck; and a program that is killed."""
-    with emulated() as emulator:
-        device = emulator.device
-        with opened(emulator.where) as robot:
-            keep(robot, lambda: device.driven[-1:] == [AHEAD])
-            until(lambda: device.driven[-1] == STAND)
-            assert robot.figures()["connected"]
-        code = (
-            "import time; from rems_net.drivers.hardware.websocket import WebSocket\n"
-            f"line = WebSocket.connect({emulator.where!r}, 5)\n"
-            "line.send(b'~\\0\\0'); time.sleep(60)"
-        )
-        with subprocess.Popen([sys.executable, "-c", code]) as program:
-            until(lambda: device.driven[-1] == AHEAD)
-            program.kill()
-        until(lambda: device.driven[-1] == STAND)
 
 
 def test_a_robot_that_starts_anew() -> None:

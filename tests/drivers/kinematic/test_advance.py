@@ -1,7 +1,5 @@
 """`advance`: fields that go to a target and halt there, beside those with rates."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How rates become a step: the default, what contradicts it, and where it ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import exp

@@ -1,7 +1,5 @@
 """The kinematic driver: the class's own model, to the last bits, and better ones."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Many robots in one host, stepped as arrays: the same bytes as one by one."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

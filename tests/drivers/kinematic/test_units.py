@@ -1,7 +1,5 @@
 """Units inside `derivative`, and initial angles: what could be either is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

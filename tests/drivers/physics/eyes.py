@@ -1,7 +1,5 @@
 """A robot that is an eye, and what it sees."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import radians
 from typing import Any

@@ -7,8 +7,6 @@ what the engine is told does, or Woodbot: `python -m tests.drivers.physics.golde
 They are computed in a process that was started pinned, so every processor gives them.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

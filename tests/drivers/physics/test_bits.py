@@ -1,7 +1,5 @@
 """Physics does to the last bit what it did: an engine is told what it was told."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.drivers.physics.golden import ENGINES, computed_by, file, rows

@@ -1,7 +1,5 @@
 """What cameras see, in both engines, by the same tests."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi, radians
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is told of cameras that cannot be, and where nothing draws."""
 
-from __future__ import annotations
-
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any

@@ -1,7 +1,5 @@
 """Joints in both engines, by the same tests: arms, slides, stops, loops, rollers."""
 
-from __future__ import annotations
-
 from math import hypot, pi, sqrt
 from typing import Any, ClassVar
 
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 
 from rems_net.agents.ports import In, Out
-from rems_net.agents.robot import Definition, Driver, Robot, combine
+from rems_net.agents.robot import Definition, Driver, combine
 from rems_net.bodies.body import (
     Body,
     Box,
@@ -128,22 +126,6 @@ def test_an_arm_that_is_told_nothing_holds_where_it_started(engine: Engine) -> N
         for _ in range(50):
             obey(robot, {}, 0.02)
         assert dict(robot.state) == pytest.approx(initial, abs=2e-3)
-
-
-def test_a_reset_of_an_arm_is_the_same_to_the_last_bit(engine: Engine) -> None:
-    def run(robot: Robot) -> list[dict[str, float]]:
-        seen = []
-        robot.command = {"share": 1.0}
-        for n in range(10):
-            told = {"shoulder": 0.1 * n, "elbow": -0.1 * n, "tool": 0.01 * n}
-            obey(robot, told, 0.02)
-            seen.append(dict(robot.state))
-        return seen
-
-    with running(Arm, engine, initial={"shoulder": 0.3}) as robot:
-        first = run(robot)
-        robot.reset()
-        assert run(robot) == first
 
 
 def test_units_of_joints_are_checked(engine: Engine) -> None:

@@ -1,7 +1,5 @@
 """A robot whose motors are told what its definition makes of the command."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Both physics engines, by the same tests: what drives, slips, stalls and stays."""
 
-from __future__ import annotations
-
 import struct
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A reset puts a world back without building it, and what follows is the same."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

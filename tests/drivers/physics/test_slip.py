@@ -1,7 +1,5 @@
 """Where friction has directions: a robot that starts straight ahead, at any heading."""
 
-from __future__ import annotations
-
 from math import degrees, radians
 
 import pytest

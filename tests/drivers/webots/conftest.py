@@ -1,7 +1,5 @@
 """A Webots that is the stand-in, in this process."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Iterator

@@ -4,8 +4,6 @@ Sources: the class's world (Lab 2); the guides and the controllers that come wit
 Webots for Create, E-puck, Pioneer 3-DX, Pioneer 3-AT, Moose and youBot.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rems_net.agents.robot import Definition

@@ -1,7 +1,5 @@
 """Where Webots is looked for, on three systems, and what hides its module."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Robots inside Transforms of a Webots world, and worlds whose y is up."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

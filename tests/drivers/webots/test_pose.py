@@ -1,7 +1,5 @@
 """Where a model of Webots is, whichever way its frame lies."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """What is wrong with a definition or a world is told before Webots moves."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The driver of Webots, against a stand-in of Webots' module: not Webots itself."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

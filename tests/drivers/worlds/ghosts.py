@@ -1,7 +1,5 @@
 """A robot that is elsewhere: its pose by the tick, from an input."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Arms that are bolted down: where `initial` says, whoever does them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import pi

@@ -1,7 +1,5 @@
 """Robots that are elsewhere stand in a world as ghosts: seen, met, and never pushed."""
 
-from __future__ import annotations
-
 import filecmp
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """What cannot be in a world, or be one, is told before anything starts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

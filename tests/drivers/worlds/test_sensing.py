@@ -1,7 +1,5 @@
 """All robots of a world sense at once, and each reads what is its own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

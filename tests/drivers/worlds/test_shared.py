@@ -1,7 +1,5 @@
 """Robots that share a world: they touch and see each other, whoever does it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace

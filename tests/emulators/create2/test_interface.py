@@ -1,7 +1,5 @@
 """The emulated Create 2 against the published tables of the Open Interface."""
 
-from __future__ import annotations
-
 import struct
 from math import pi
 

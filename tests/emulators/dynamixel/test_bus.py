@@ -1,7 +1,5 @@
 """What emulated servos obey and refuse: the rules of the control table."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from math import pi
 

@@ -1,7 +1,5 @@
 """Packets of protocol 2.0, byte by byte: those that ROBOTIS and the SDK publish."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """A program of ROBOTIS's own kind, on an emulated bus: its classes, as they are."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

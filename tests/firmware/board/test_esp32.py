@@ -6,8 +6,6 @@ WOODBOT_ESP32_FLAGS. `pio run -t compiledb` writes those of PlatformIO's own cop
 zenoh-pico's headers among them, all of the port is compiled; without, what needs none.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """docs/firmware.md says what the code does: pins, addresses, lights; its lines run."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import subprocess

@@ -1,7 +1,5 @@
 """The Woodbot's sensors against their chips' registers, compiled here."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The board's Wi-Fi, compiled here against as much of ESP-IDF as it uses."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A cable with a session at its robot's end, and a bad one in between."""
 
-from __future__ import annotations
-
 import os
 import random
 import select

@@ -1,7 +1,5 @@
 """A robot at a cable, for each test one."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

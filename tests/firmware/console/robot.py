@@ -1,7 +1,5 @@
 """A Woodbot's console, compiled here, at a pseudo-terminal as at a USB cable."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import time
@@ -9,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.firmware.program import FIRMWARE, compiled
+from tests.firmware.compiling import FIRMWARE
+from tests.firmware.program import compiled
 
 #: seconds that anything may take on a machine that is busy
 TIMEOUT = 30.0

@@ -1,7 +1,5 @@
 """The cable as the network: real sessions to a real router, through bad lines, too."""
 
-from __future__ import annotations
-
 import socket
 import subprocess
 import sys

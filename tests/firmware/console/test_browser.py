@@ -1,7 +1,5 @@
 """What browsers do: Improv's own client from npm, and the page of deploy/provision."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

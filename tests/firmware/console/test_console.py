@@ -1,7 +1,5 @@
 """The console: lines of text and packets of Improv on one line, byte for byte."""
 
-from __future__ import annotations
-
 import subprocess
 import zlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Improv Serial at a robot's cable: packets among lines, and what they set."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

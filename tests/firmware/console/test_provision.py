@@ -1,7 +1,5 @@
 """`rems board provision`: what a teacher types, and what the robot keeps of it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

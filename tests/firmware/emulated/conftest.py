@@ -1,7 +1,5 @@
 """A scene of the posix port's own suite, with the shared library in its place."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from collections.abc import Iterator

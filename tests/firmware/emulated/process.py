@@ -3,8 +3,6 @@
 It takes those of its options that the tests use, and no lines of control.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 

@@ -1,7 +1,5 @@
 """A scene for emulated robots: a served fabric, drivers, what their servos did."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

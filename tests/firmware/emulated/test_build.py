@@ -1,7 +1,5 @@
 """The firmware as a shared library: compiled once, and held against its mirror."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

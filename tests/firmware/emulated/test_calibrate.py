@@ -4,8 +4,6 @@ A trim or a dead band is found to 4 us (of 500), a speed at 100 % to 4 %: its li
 that noisy.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """`rems board emulate` as a user has it: robots like any other, from a shell."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

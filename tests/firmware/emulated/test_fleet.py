@@ -1,7 +1,5 @@
 """A class of emulated robots on one router: driven, led, left alone, measured."""
 
-from __future__ import annotations
-
 import os
 import statistics
 import subprocess

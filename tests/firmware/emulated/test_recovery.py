@@ -4,8 +4,6 @@ What is promised is held by the slow tests, on a quiet machine; the others print
 Wi-Fi and its names are this machine's own: they are tested on the posix port alone.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A Woodbot's firmware in an experiment, where it stays, beside its models."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

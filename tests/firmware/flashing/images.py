@@ -1,7 +1,5 @@
 """A small image for tests, laid out as the board's own."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import random

@@ -6,8 +6,6 @@ can only clear them. Once a program was loaded to RAM and started, the stand-in 
 as esptool's stub does: two bytes of status instead of four, MD5 as bytes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import random
 import struct

@@ -1,7 +1,5 @@
 """`rems board flash` against a stand-in of the ROM loader; esptool is the real one."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ PlatformIO itself fetches a compiler of 1 GB; a program of its name stands in fo
 and leaves what it leaves (`.pio/build/woodbot/idedata.json` and the images).
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What `rems board flash` refuses, and what it prints if the cable or board fails."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

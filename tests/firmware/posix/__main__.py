@@ -8,8 +8,6 @@ python -m tests.firmware.posix --latency 60         command to servo, for 60 s
 CMake finds zenoh-pico by CMAKE_PREFIX_PATH. Its options: firmware/esp32_woodbot/pico.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import statistics

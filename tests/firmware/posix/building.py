@@ -1,7 +1,5 @@
 """Building the Woodbot's firmware as a process: with CMake, over zenoh-pico."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The Woodbot as a process: built once for all tests, and all their workers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -4,8 +4,6 @@
 is closed.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

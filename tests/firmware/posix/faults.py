@@ -1,7 +1,5 @@
 """Faults of a robot's router, its way there and its Wi-Fi; and one trial of each."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Robot: a Woodbot as a process of a rig, and what its servos did."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple

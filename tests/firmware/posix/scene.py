@@ -1,7 +1,5 @@
 """Scene: an open fabric, a Woodbot as a process on it, and who drives it."""
 
-from __future__ import annotations
-
 import socket
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the board itself does: its watchdog, brown-outs, settings and names of hosts."""
 
-from __future__ import annotations
-
 import subprocess
 import time
 from pathlib import Path

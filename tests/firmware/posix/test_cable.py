@@ -1,7 +1,5 @@
 """A Woodbot at a USB cable: told where it belongs, or by the cable alone."""
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from pathlib import Path

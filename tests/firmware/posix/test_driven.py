@@ -1,7 +1,5 @@
 """The Woodbot as a process joins an open fabric, and is a robot like any other."""
 
-from __future__ import annotations
-
 import math
 import time
 from contextlib import suppress
@@ -58,14 +56,6 @@ def test_it_is_listed_and_driven_with_units_and_stopped(scene: Scene) -> None:
             return len(robot.pulses()) > held
 
         until(obeys, "it obeys after the release", 20.0)
-
-
-def test_it_stands_still_when_nobody_drives_it(scene: Scene) -> None:
-    scene.serve()
-    robot = scene.start()
-    scene.drive()
-    at = scene.stop_driving()
-    assert robot.stood(at) - at <= 0.6
 
 
 def test_it_echoes_the_tick_of_the_command_it_obeys(scene: Scene) -> None:

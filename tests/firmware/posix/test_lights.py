@@ -1,7 +1,5 @@
 """What a Woodbot's lights show, from a refused password until STOP."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """It never gives up: it stands still when it is cut off, and is back by itself."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import time

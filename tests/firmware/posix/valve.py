@@ -7,8 +7,6 @@ When it is opened again, what was held passes, late; or, where the other side ha
 forgotten the connection, it is broken.
 """
 
-from __future__ import annotations
-
 import socket
 import threading
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """One library for all tests of a process: it is compiled once."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

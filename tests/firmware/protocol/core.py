@@ -1,7 +1,5 @@
 """The firmware's protocol, called from Python: mirrors of its structs."""
 
-from __future__ import annotations
-
 from ctypes import (
     CDLL,
     POINTER,

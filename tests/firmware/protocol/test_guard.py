@@ -1,7 +1,5 @@
 """How old a tick is, by answers alone; and STOP, a latch."""
 
-from __future__ import annotations
-
 from ctypes import Structure, byref, c_bool, c_double, c_uint, c_uint64
 
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Keys and numbers of the firmware, held against Zenoh's and Python's."""
 
-from __future__ import annotations
-
 import json
 import math
 

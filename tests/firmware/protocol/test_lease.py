@@ -1,7 +1,5 @@
 """A run elsewhere commands a Woodbot under a lease: the firmware's side of it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """What the firmware says and hears, held against what a clock and its hosts do."""
 
-from __future__ import annotations
-
 import random
 from ctypes import byref, c_size_t, c_uint64
 from typing import Any

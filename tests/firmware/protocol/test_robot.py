@@ -1,7 +1,5 @@
 """A Woodbot on an open fabric: to everybody there it is a robot like any other."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Who commands it on the fabric: a configured source, and what that says."""
 
-from __future__ import annotations
-
 import pytest
 
 from rems_net.agents.clock.clock import Clock

@@ -1,7 +1,5 @@
 """A fabric, and emulated Woodbots on it: the core, a real link, a real clock."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The motors on a bench: time is set, and pulses are read, from Python."""
 
-from __future__ import annotations
-
 import ctypes
 from enum import IntEnum
 from pathlib import Path

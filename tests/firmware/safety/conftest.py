@@ -1,7 +1,5 @@
 """One bench for all tests of a process: it is compiled once."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.firmware.safety.bench import Bench

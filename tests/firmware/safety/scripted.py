@@ -1,7 +1,5 @@
 """The supervisor on a bench: its link answers as Python says, and tells its calls."""
 
-from __future__ import annotations
-
 import ctypes
 from enum import IntEnum
 from pathlib import Path

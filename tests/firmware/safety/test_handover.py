@@ -1,7 +1,5 @@
 """What one task hands over to another: never torn, never waited for."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

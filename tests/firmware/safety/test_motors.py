@@ -1,7 +1,5 @@
 """The last hop: whatever is told, and whenever, wheels stand still when they must."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

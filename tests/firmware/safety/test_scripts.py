@@ -1,7 +1,5 @@
 """The motors held against a model in Python, by scripts of events."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The supervisor: whatever happens, in whatever order, it brings the link up again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple

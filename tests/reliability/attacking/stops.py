@@ -1,97 +1,18 @@
 """Attacks on STOP, and on who holds it."""
 
-from __future__ import annotations
-
-import os
-import platform
 import re
-import signal
 import struct
 import subprocess
 import sys
 from functools import partial
 
-from rems_net.client import join
-from rems_net.router.find import VARIABLE
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, free_port, until
+from tests.agents.runs import free_port, until
 from tests.client.programs import programs
 from tests.commands import command
 from tests.reliability.attacks import Bench, Outcome, attack
 from tests.reliability.one_machine import SETTIME
-
-SCRIPT = f"""
-from rems_net import Experiment
-lab = Experiment("lab", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
-for name in ("a", "b"):
-    lab.robot(name, "parts.py:Cart", "parts.py:FreeEuler")
-lab.run("out")
-"""
-
-
-@attack(
-    "`rems stop` while a robot's host is frozen, and its liveliness token gone",
-    "names the other robots only, exit status 0",
-    quick=False,
-)
-def frozen_host(bench: Bench) -> Outcome:
-    router = bench.router()
-    where = {VARIABLE: router.endpoint}
-    (bench.folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
-    bench.start("run", "lab.py", **where)
-    with join(at=router.endpoint) as fabric:
-        tokens = fabric.session.key("robot", "*", "@alive")
-        until(lambda: len(fabric.session.who(tokens)) == 2, 60.0)
-        rows = until(fabric.agents, 60.0)
-        until(lambda: all(row["tick"] > 2 for row in fabric.agents()), 60.0)
-        pid = next(r["host"] for r in rows if r["agent"] == "robot/a")
-        frozen = int(pid.rpartition(":")[2])
-        os.kill(frozen, signal.SIGSTOP)
-        try:
-            until(lambda: len(fabric.session.who(tokens)) == 1)
-            done = bench.rems("stop", **where)
-        finally:
-            os.kill(frozen, signal.SIGCONT)
-    named = f"robot/a on {platform.node()} has not answered" in done.stdout
-    return Outcome(
-        f"{'names' if named else 'does not name'} it and its machine, exit status "
-        f"{done.returncode}",
-        named and done.returncode == 1,
-    )
-
-
-@attack(
-    "`rems stop` while the router of `rems router serve` is down",
-    "one error, exit status 2; the robots drive on after its restart",
-    quick=False,
-)
-def router_down(bench: Bench) -> Outcome:
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-
-    def serve() -> int:
-        served = bench.start("router", "serve", "--listen", endpoint)
-        assert served.stdout is not None
-        assert served.stdout.readline().startswith("Open fabric")
-        return served.pid
-
-    first = serve()
-    with programs() as beside:
-        beside("standin.py", endpoint, "a=stands")
-        os.kill(first, signal.SIGKILL)
-        stop = bench.start("stop")
-        assert stop.stdout is not None
-        repeats = "STOP is repeated until it does" in stop.stdout.readline()
-        serve()
-        said, _ = stop.communicate(timeout=60)
-    stands = "robot/a stands" in said
-    return Outcome(
-        "said again until the router is back; the robots stand, exit status "
-        f"{stop.returncode}"
-        if stands
-        else "the robots do not stand",
-        repeats and stands and stop.returncode == 0,
-    )
 
 
 @attack(

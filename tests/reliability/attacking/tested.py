@@ -1,7 +1,5 @@
 """Attacks that tests of other rooms perform already: each row names its tests."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -10,10 +8,65 @@ from tests.commands import ROOT
 from tests.reliability.attacks import Bench, Outcome, attack
 
 RELAY = "tests/router/relay"
+CLASS = "tests/router/test_class.py"
+HOSTILE = "tests/agents/test_hostile.py"
 BRING = "tests/cli/placement"
 
 #: attack, before, now, the tests that perform it
 ROWS = (
+    (
+        "`rems stop` while a robot's host is frozen, and its liveliness token gone",
+        "names the other robots only, exit status 0",
+        "names it and its machine, exit status 1",
+        (
+            "tests/client/test_stop_runs.py::test_a_frozen_robot_that_is_out_of_sight_is_named",
+        ),
+    ),
+    (
+        "`rems stop` while the router of `rems router serve` is down",
+        "one error, exit status 2; the robots drive on after its restart",
+        "said again until the router is back; the robots stand, exit status 0",
+        ("tests/cli/test_stop.py::test_the_router_of_rems_serve_is_down",),
+    ),
+    (
+        "a member copies another's badge, and puts a second value for the same tick",
+        "the recording changes without a word",
+        "each reader warns: tick, key, the badge's owner",
+        (f"{HOSTILE}::test_a_copied_badge_is_no_secret",),
+    ),
+    (
+        "a command with a stamp 10^9 ticks ahead of the clock",
+        "counts as fresh for ever",
+        "dropped, with a warning",
+        (f"{HOSTILE}::test_a_stamp_of_the_future_is_obeyed_by_nobody",),
+    ),
+    (
+        "`@rems/who` asked about another user of the class",
+        "answers anybody: role and team of every user",
+        "refused by the router; about oneself it answers",
+        (f"{CLASS}::test_a_user_learns_of_no_other_user",),
+    ),
+    (
+        "lease theft: a team takes the lease of another team's robot",
+        "not tried",
+        "refused by the router",
+        (f"{CLASS}::test_what_a_team_asks_of_the_class",),
+    ),
+    (
+        "an experiment file with 100,000 brackets",
+        "a traceback (RecursionError)",
+        "one sentence, exit status 2",
+        (
+            "tests/cli/test_bad_input.py::test_a_file_of_many_brackets",
+            "tests/router/test_users_file.py::test_a_broken_file",
+        ),
+    ),
+    (
+        "a text field that a spreadsheet takes for a formula (`=HYPERLINK(...)`)",
+        "is in the recording as it came",
+        "marked as a text; read back as it was",
+        ("tests/outputs/test_csv.py::test_no_text_is_a_formula_of_a_spreadsheet",),
+    ),
     (
         "a key with six `**` subscribed to, and a put of sixty chunks",
         "the ticks of all teams stop for 33 s",

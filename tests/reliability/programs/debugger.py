@@ -5,8 +5,6 @@ standard input it stops the process, and prints when (CLOCK_MONOTONIC, s). The p
 goes on when this one ends.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import sys

@@ -16,8 +16,6 @@ JSON whenever a robot begins to move or stands still: its number, `moves`, the r
 (`told` or `watchdog`), CLOCK_MONOTONIC and CLOCK_BOOTTIME in seconds.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

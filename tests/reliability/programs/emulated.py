@@ -6,8 +6,6 @@ Its first line, and the lines in LOG, are those of `device.py`. Why: `watchdog` 
 that stopped by its own, else `told`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

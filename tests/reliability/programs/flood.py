@@ -8,8 +8,6 @@ the rig's own machines. `{}` in the key becomes a number that no key had before.
 says `flooding` at its first message, and at the end how many it put, in how many s.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import time

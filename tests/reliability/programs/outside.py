@@ -5,8 +5,6 @@ python -m tests.reliability.programs.outside ENDPOINT KEY COMMAND
 The command is JSON. Its first line is its pid.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -4,8 +4,6 @@ For each line of the standard input it prints CLOCK_MONOTONIC from before it tel
 then does it; `ask` prints what it was told, too. Its argument is the fabric's name.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

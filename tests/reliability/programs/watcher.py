@@ -3,8 +3,6 @@
 python -m tests.reliability.programs.watcher ENDPOINT     says `watching`, then counts
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -10,8 +10,6 @@ host name's]}, and then answers each line of JSON on its standard input by one:
 {"from": "bot", "to": "hub", "delay": 0.02} ("*" for all), or {} for the counts.
 """
 
-from __future__ import annotations
-
 import ctypes
 import fcntl
 import heapq

@@ -6,8 +6,6 @@ every process that has MARK in its environment, frozen ones and children of chil
 too, and removes FOLDER.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Link: what happens to packets on their way from one machine to another."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ python -m tests.reliability.rig.probe tcp 10.77.0.1 SECONDS          prints bit/
 All machines of a rig share one monotonic clock, so one way can be measured.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import socket

@@ -1,7 +1,5 @@
 """Program: a process of a rig, that can be frozen, thawed, killed and listened to."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

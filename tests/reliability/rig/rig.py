@@ -10,8 +10,6 @@ with Rig(folder) as rig:
 Without `connect` everything is on this machine, over its loopback, and needs no root.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

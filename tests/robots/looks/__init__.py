@@ -5,8 +5,6 @@ Sources: the figures of the definitions, the e-Manual's drawings of the servos (
 46.5 x 34 mm), the makers' photographs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from rems_net.bodies.body import Body

@@ -1,7 +1,5 @@
 """How a youBot and SCALER's arms are drawn."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from rems_net.bodies.body import Body, Vector

@@ -3,8 +3,6 @@
 All are geoms of MuJoCo in the frame of the link that carries them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from math import cos, pi, sin

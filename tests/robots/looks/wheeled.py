@@ -1,7 +1,5 @@
 """How the robots on two sides of wheels are drawn."""
 
-from __future__ import annotations
-
 from math import cos, radians, sin
 
 from rems_net.bodies.body import Body, Ray

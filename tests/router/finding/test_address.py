@@ -1,7 +1,5 @@
 """Addresses: what people type becomes an endpoint, or is told apart."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Interfaces: those at which other laptops can be, and no others."""
 
-from __future__ import annotations
-
 import ipaddress
 import json
 import shutil

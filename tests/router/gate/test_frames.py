@@ -1,7 +1,5 @@
 """Reading what clients send: held against what real sessions of Zenoh really sent."""
 
-from __future__ import annotations
-
 import random
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The shape of key expressions: what a shared router lets through."""
 
-from __future__ import annotations
-
 import random
 import time
 

@@ -1,7 +1,5 @@
 """A relay between Zenoh's sessions and a router that keeps what the clients send."""
 
-from __future__ import annotations
-
 import socket
 import threading
 from collections.abc import Callable, Iterator

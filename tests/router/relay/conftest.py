@@ -1,7 +1,5 @@
 """A shared router behind its gate, and the lines on its screen."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 

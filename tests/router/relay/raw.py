@@ -1,7 +1,5 @@
 """A client that speaks as much of Zenoh's handshake as we want it to."""
 
-from __future__ import annotations
-
 import hmac
 import os
 import socket

@@ -1,7 +1,5 @@
 """Connections of one laptop, or ten, keep nobody out."""
 
-from __future__ import annotations
-
 import socket
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Key expressions that would stop or end a shared router: only their sender is cut."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The gate: who is let through to Zenoh, and what happens when one side ends."""
 
-from __future__ import annotations
-
 import socket
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Passwords can't be tried quickly, and the teacher sees that somebody does."""
 
-from __future__ import annotations
-
 import time
 
 from rems_net.router.relay.handshake import EXPIRED, INVALID

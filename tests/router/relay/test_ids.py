@@ -1,7 +1,5 @@
 """A Zenoh id belongs to the user, or the address, that came with it first."""
 
-from __future__ import annotations
-
 import pytest
 
 from rems_net.router.relay import ids

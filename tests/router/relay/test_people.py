@@ -1,7 +1,5 @@
 """Who is at a class's router: the lines on its screen, and what each user may see."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -1,7 +1,5 @@
 """Optics: what a lens and a chip make of an ideal picture: distortion, blur, grain."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """What the tests of the Create 2's driver share: an emulated one, and who drives it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager

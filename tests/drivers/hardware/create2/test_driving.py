@@ -1,7 +1,5 @@
 """A Create 2's driver and an emulated one, on a real port: what it obeys and says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +7,6 @@ import pytest
 
 from rems_net import Definition, In, Out
 from rems_net.agents.robot import combine
-from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.create2.interface import PASSIVE
@@ -48,16 +45,6 @@ def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
         assert emulator.device.interface.mode == PASSIVE
         assert wheels(emulator) == (0, 0)
         assert driven(emulator) == {(0, 0), (200, 100)}
-
-
-def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
-    with emulated(tmp_path) as emulator, opened(emulator) as robot:
-        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
-        until(lambda: wheels(emulator) == (0, 0))
-        assert robot.figures()["expired"] == 1
-        keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
-        runtime(robot).stopped = True
-        keep(robot, (100, 100), lambda: wheels(emulator) == (0, 0))
 
 
 def test_its_sensors(tmp_path: Path) -> None:
@@ -142,13 +129,6 @@ def refused(**options: Any) -> str:
     robot = combine(Create2, OpenInterface)("b", options=options)
     robot.prepare()
     return refusal(robot)
-
-
-def test_nothing_answers(tmp_path: Path) -> None:
-    with emulated(tmp_path) as emulator:
-        emulator.tell("brownout 60")
-        said = refused(port=emulator.where)
-        assert f"nothing answers at {emulator.where}. Check, in this order: 1." in said
 
 
 def test_another_device(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """A Create 2, which has no watchdog, and a run whose terminal or laptop goes."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

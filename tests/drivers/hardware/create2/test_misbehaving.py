@@ -1,7 +1,5 @@
 """What can go wrong on the line of a Create 2, and what its driver makes of it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.agents.runs import until

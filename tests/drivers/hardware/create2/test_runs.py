@@ -1,7 +1,5 @@
 """A Create 2 in a whole run: real processes, a real clock, a real port."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Frames of a Create 2, found in whatever comes; a damaged one never passes."""
 
-from __future__ import annotations
-
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """What the tests of servos share: emulated ones, and who drives them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The driver of SCALER's arms and 18 emulated servos, on a real port."""
 
-from __future__ import annotations
-
 import csv
 import time
 from math import pi

@@ -1,7 +1,5 @@
 """What a driver says of servos that are not as they should be: what to check."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

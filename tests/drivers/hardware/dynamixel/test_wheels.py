@@ -1,14 +1,11 @@
 """The Dynabot's driver and emulated servos, on a real port, by the real library."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rems_net.agents.robot import combine
-from rems_net.agents.runtime import runtime
 from rems_net.drivers.hardware import device_thread
 from rems_net.drivers.hardware.create2.readings import CLIFFS
 from rems_net.drivers.hardware.dynamixel import table
@@ -73,19 +70,6 @@ def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
             keep(robot, STAND, lambda: servo[table.WATCHDOG] == 25)
         assert told(emulator) == ({0, COUNTS[0]}, {0, COUNTS[1]})
         until(lambda: not emulator.device.left.memory[table.TORQUE])
-
-
-def test_it_stops_when_nobody_tells_it_anything(tmp_path: Path) -> None:
-    with (
-        emulated(tmp_path, DynabotServos()) as emulator,
-        opened(Wheels, emulator) as robot,
-    ):
-        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        until(lambda: goals(emulator) == (0, 0))
-        assert robot.figures()["expired"] == 1
-        keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        runtime(robot).stopped = True
-        keep(robot, AHEAD, lambda: goals(emulator) == (0, 0))
 
 
 def test_a_wheel_that_is_mounted_the_other_way_round(tmp_path: Path) -> None:

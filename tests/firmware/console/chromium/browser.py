@@ -5,8 +5,6 @@ fake_serial.js; what is written there goes to a robot's pseudo-terminal, and bac
 both ends have other speeds, each reads what a UART would make of it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import select

@@ -1,7 +1,5 @@
 """One browser for a session, and for each test a page and a robot at its port."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import pytest

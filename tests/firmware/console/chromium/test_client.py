@@ -1,7 +1,5 @@
 """Improv's own client from npm in Chromium, at a robot's own firmware."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """The page of deploy/provision in Chromium, at a robot's own firmware."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The model of a receiver: what it reads at the right speed, and at a wrong one."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.firmware.console.chromium.uart import received

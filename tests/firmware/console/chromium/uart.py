@@ -1,7 +1,5 @@
 """What a serial line's receiver makes of bytes that were sent at another speed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 #: bits of a byte on the line: a start bit (0), eight data bits, a stop bit (1)

@@ -2,8 +2,6 @@
 
 # ruff: noqa: N802  (the names are Webots')
 
-from __future__ import annotations
-
 from math import cos, inf, nan, sin, sqrt
 from typing import Any
 

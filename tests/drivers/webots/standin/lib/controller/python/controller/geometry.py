@@ -1,7 +1,5 @@
 """Poses as Webots' nodes have them: matrices (4, 4), and fields of a Transform."""
 
-from __future__ import annotations
-
 from math import atan2, cos, sin
 from typing import Any
 
