@@ -41,7 +41,7 @@ def test_a_camera_and_a_filter_follow_a_robot_in_mujoco() -> None:
     common: dict[str, Any] = {"driver": "mujoco", "world": "place"}
     start = {"x": -0.35, "y": -0.1, "heading": 0.2}
     mark = {"id": 3, "size": "40 mm"}
-    drives = {"command": "input/fast", "initial": start, "marker": mark}
+    drives: dict[str, Any] = {"command": "input/fast", "initial": start, "marker": mark}
     made.robot("bot", "woodbot", **drives, **common)
     for name, every in (("often", 1), ("seldom", 40)):
         about = {"place": {"z": 0.9}, "every": every}
@@ -49,9 +49,13 @@ def test_a_camera_and_a_filter_follow_a_robot_in_mujoco() -> None:
         camera, seen = f"robot/{name}/sensors", f"process/by_{name}/bot"
         options = {"robots": "bot"}
         made.process(f"by_{name}", "localise", camera=camera, options=options)
-        words = {"command": "robot/bot/command", "pose": seen}
-        options = {"definition": "woodbot"}
-        made.process(f"ekf_{name}", "ekf", options=options, **words)
+        made.process(
+            f"ekf_{name}",
+            "ekf",
+            command="robot/bot/command",
+            pose=seen,
+            options={"definition": "woodbot"},
+        )
     true: dict[int, Any] = {}
     off: list[list[float]] = []
     with made.engine() as engine:
@@ -66,7 +70,6 @@ def test_a_camera_and_a_filter_follow_a_robot_in_mujoco() -> None:
     speed = np.hypot(*(true[83] - true[23])) / 3.0
     assert 0.13 < speed < 0.15
     pose, often, seldom = np.array(off[3:]).max(axis=0)
-    print(pose, often, seldom)
     assert pose < 0.3e-3
     assert often < 0.3e-3
     assert 0.5e-3 < seldom < 8e-3
