@@ -113,6 +113,8 @@ class Localise(Process):
     def step(self, tick: Tick) -> None:
         """Find the robots in a new picture."""
         seen: Any = self.camera
+        if not seen["lens/fx"]:
+            return  # nothing has come from a real camera yet
         shot = int(seen["tick"])
         # A pose is as old as its picture.
         runtime(self).source_ticks["camera"] = shot
