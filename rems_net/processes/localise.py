@@ -73,6 +73,7 @@ class Localise(Process):
         known=many(KNOWN, max_len=50, doc="at known places: they place the camera"),
     )
     needs = ("apriltag",)
+    by_picture = True
     camera = In()
     markers = In(source="robot/*/marker")
     poses = Out(POSES)
