@@ -292,7 +292,7 @@ def test_clutter_is_no_marker(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_clutter_is_no_marker_in_ten_thousand_pictures() -> None:
-    """100,000 squares; a thousand of the pictures are of 640 x 480 pixels."""
+    """130,000 squares; a thousand of the pictures are of 640 x 480 pixels."""
     assert wrong(28, 9000, 1000) == 0
 
 
