@@ -10,7 +10,7 @@ pose of a camera counts at the time of its picture: `past.py`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import sqrt
+from math import degrees, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,7 +21,6 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
-    Field,
     Schema,
     number,
     parse_quantity,
@@ -33,6 +32,7 @@ from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError
 from rems_net.events import warn
+from rems_net.maths import hypot
 from rems_net.maths.ukf import (
     Floats,
     Moments,
@@ -133,10 +133,9 @@ class Estimator(Process):
         commands = len(self.model.command.schema.paths)
         rest = np.zeros(len(offsets) + commands)
         self._drift = np.diag(np.array([*drift, *rest]) ** 2)
-        turns = Turns(self._fields(schema, self._paths))
-        self._turns = turns.extended(len(rest))
-        used = self._fields(self.model.sensors.schema, self._used) if self._used else []
-        self._sensed = Turns(used)
+        self._turns = Turns([one for _, one in schema.rows()]).extended(len(rest))
+        sensed = dict(self.model.sensors.schema.rows()) if self._used else {}
+        self._sensed = Turns([sensed[path] for path in self._used])
         self._old: list[float] = []
         self._past = Past(self._filtered)
         #: whether it is known where the robot is; and the tick of the newest picture
@@ -155,10 +154,6 @@ class Estimator(Process):
         }
         default = schema({}).flat() if name == "initial" else {}
         return [value.get(path, default.get(path, 0.0)) for path in self._paths]
-
-    def _fields(self, schema: Schema, paths: list[str]) -> list[Field]:
-        fields = dict(schema.rows())
-        return [fields[path] for path in paths]
 
     def open(self) -> None:
         """Prepare to integrate many states at once."""
@@ -181,7 +176,11 @@ class Estimator(Process):
     def _look(self, tick: Tick) -> None:
         """Put a new pose in at the time of its picture."""
         run, shot = runtime(self), self.pose.tick
-        if shot > self._shot and self.pose.covariance.any():
+        new = shot > self._shot
+        if new and not self._poses.can_be(self.pose):
+            if shot:  # or nothing has come yet
+                self._warn("covariance", _NO_COVARIANCE)
+        elif new:
             at = time_of(shot, run.dt) - self.options.delay
             belief = self._past.put(self._poses.read(self.pose), at)
             if belief is None:
@@ -256,13 +255,15 @@ class Estimator(Process):
         return Belief(*updated(*belief, found, off, noise))
 
     def _met(self, belief: Belief, seen: Seen) -> Belief:
-        belief, far = self._poses.met(belief, seen, first=not self._placed)
+        belief, away = self._poses.met(belief, seen, first=not self._placed)
         self._placed = True
-        if far:
+        if away is not None:
+            far, turn = float(hypot(*away[:2].tolist())), degrees(away[2])
             self._warn(
                 "moved" if far < localise.JUMP else f"moved {self.tick.n}",
-                f"the robot was {1e3 * far:.0f} mm from where its commands led: it was "
-                "moved by hand, or its wheels slip more than `slip` and `drift` state",
+                f"the robot was {1e3 * far:.0f} mm and {turn:.0f} degrees from where "
+                "its commands led: it was moved by hand, or its wheels slip more than "
+                "`slip` and `drift` state",
             )
         return belief
 
@@ -282,6 +283,12 @@ class Estimator(Process):
         upper = covariance[np.triu_indices(count)].tolist()
         pairs = self.covariance.schema.paths
         self.covariance = dict(zip(pairs, upper, strict=True))
+
+
+_NO_COVARIANCE = (
+    "a pose has no covariance, and such poses are passed over; write 3 x 3 numbers in "
+    "m2, m rad and rad2, with variances above 0"
+)
 
 
 def _variance(noise: Noise, value: float) -> float:

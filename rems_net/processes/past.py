@@ -130,13 +130,19 @@ class Poses:
         spread = units[:, None] * seen["covariance"] * units
         return Seen(units * pose, spread)
 
+    def can_be(self, seen: DefDict) -> bool:
+        """Return whether the covariance of a pose is one: no variance is 0."""
+        return bool((np.diag(cholesky(seen["covariance"])) > 0.0).all())
+
     def unknown(self, belief: Belief) -> Belief:
         """Return the belief of a filter that does not know where the robot is."""
         off, spread = np.zeros(3), np.diag((self._units * NOWHERE) ** 2)
         return self._begun(belief, off, spread)
 
-    def met(self, belief: Belief, seen: Seen, *, first: bool) -> tuple[Belief, float]:
-        """Return the belief with a pose, and how far away a robot was moved, m.
+    def met(
+        self, belief: Belief, seen: Seen, *, first: bool
+    ) -> tuple[Belief, Floats | None]:
+        """Return the belief with a pose, and how far a robot was moved: m, m and rad.
 
         first: whether it is the first pose, which is believed as it is
         """
@@ -146,9 +152,9 @@ class Poses:
         away = np.abs(off / self._units)
         far = (away > FAR).any() and distance(found, off, seen.covariance) > SURE**2
         if first or far:
-            way = 0.0 if first else sqrt(float((away[:2] ** 2).sum()))
-            return self._begun(belief, off, seen.covariance), way
-        return Belief(*updated(mean, root, found, off, seen.covariance)), 0.0
+            begun = self._begun(belief, off, seen.covariance)
+            return begun, None if first else away
+        return Belief(*updated(mean, root, found, off, seen.covariance)), None
 
     def _begun(self, belief: Belief, off: Floats, spread: Floats) -> Belief:
         """Return the belief with a pose that owes nothing to what was before."""

@@ -238,7 +238,7 @@ def test_a_robot_that_was_moved_by_hand_is_found_again() -> None:
         assert np.abs(errors(engine)[:2]).max() < 0.01
     (text,) = warnings(events)
     assert "the robot was 21" in text
-    assert "mm from where its commands led: it was moved by hand" in text
+    assert "degrees from where its commands led: it was moved by hand" in text
 
 
 def test_a_pose_that_is_too_old_is_passed_over_with_a_warning() -> None:
@@ -248,6 +248,21 @@ def test_a_pose_that_is_too_old_is_passed_over_with_a_warning() -> None:
         assert engine["process/it"].deviation.x == pytest.approx(10.0)
     (text,) = warnings(events)
     assert "a pose is 1.3 s old, and 1 s are kept" in text
+
+
+def test_a_pose_without_a_covariance_is_passed_over_with_a_warning() -> None:
+    class Sure(Eye):
+        def step(self, tick: Tick) -> None:
+            self.value = {"x": 0.1, "tick": tick.n}
+
+    events: list[Event] = []
+    made = lab()
+    made.plans["process/eye"].classes = [Sure]
+    with listening(events.append), made.engine() as engine:
+        engine.step(20)
+        assert engine["process/it"].deviation.x == pytest.approx(10.0)
+    (text,) = warnings(events)
+    assert "a pose has no covariance" in text
 
 
 class Go(Process):
