@@ -48,6 +48,9 @@ class Agent:
     #: Names of settings that `adjust` may change while it runs: it reads them anew at
     #: each step. With such names `adjust` is a verb.
     adjustable: ClassVar[tuple[str, ...]] = ()
+    #: Whether it makes pictures, or values of them: they are not the same bytes on two
+    #: machines, so a rerun plays its recording.
+    by_picture: ClassVar[bool] = False
     _found: ClassVar[dict[str, Port]]
 
     def __init__(

@@ -188,6 +188,8 @@ class In(Port):
 
     messages: for an output that records: its value is `Messages`, each port's message
     in CDR as it came, without a DefDict between. It has no schema, and a glob.
+    optional: whether an experiment may leave it out; then it is not in
+    `runtime(self).sources`, from `prepare()` on
     """
 
     def __init__(
@@ -196,9 +198,10 @@ class In(Port):
         *,
         source: str | None = None,
         messages: bool = False,
+        optional: bool = False,
     ):
         super().__init__(schema)
-        self.source, self.messages = source, messages
+        self.source, self.messages, self.optional = source, messages, optional
 
 
 class Messages(Batch):

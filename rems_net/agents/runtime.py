@@ -117,7 +117,8 @@ class Runtime:
         if self.kind == "process":
             if self.touched:
                 ticks = self.source_ticks
-                read = [ticks.get(p, 0) for p in self.ins if p not in self.feedback]
+                ins = [p for p in self.ins if p in self.sources]
+                read = [ticks.get(p, 0) for p in ins if p not in self.feedback]
                 self.source_tick = min(read, default=self.tick.n)
         elif self.kind == "input" and self.touched:
             self.source_tick = self.tick.n

@@ -77,7 +77,7 @@ class Engine:
         runtime(agent).sources = sources
         several = {port.partition("/")[0] for port in sources if "/" in port}
         for port, one in agent.ins().items():
-            if port not in several:
+            if port not in several and (port in sources or not one.optional):
                 kind = MessageInlet if one.messages else Inlet
                 inlet = kind(agent, port, sources.get(port), self.agents)
                 self.inlets.append(inlet)

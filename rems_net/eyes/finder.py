@@ -118,7 +118,7 @@ class Finder:
             return "foreign", (
                 f"is {share:.0%} of its size of {1e3 * marker.size:.0f} mm if it lies "
                 f"{height:.0f} mm above the floor; it is passed over. Is it a picture "
-                "of a marker, or lies it elsewhere?"
+                "of a marker, lies it elsewhere, or has the camera another lens?"
             )
         if (one.misfit / SPARE) ** 0.5 > BENT:
             return "bent", (
@@ -151,8 +151,8 @@ class Finder:
                     marker.id,
                     f"measures {1e3 * share * marker.size:.1f} mm, {share:.0%} of the "
                     f"{1e3 * marker.size:.0f} mm that is written: measure what the "
-                    f"printer made, and whether it lies {1e3 * target.height:.0f} mm "
-                    "above the floor",
+                    f"printer made, whether it lies {1e3 * target.height:.0f} mm above "
+                    "the floor, and whether the lens is the camera's",
                 )
 
 

@@ -59,25 +59,32 @@ def found(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
 
 
 class Webcam:
-    """An open webcam that gives pictures of one size.
+    """An open webcam, or a film in its place, that gives pictures of one size.
 
-    number: of the system's webcams, from 0
+    source: the number of a webcam, from 0; or a film's path, or that of pictures such
+        as `shot-%03d.png`
     Raises OSError for none, or one of another size.
     """
 
-    def __init__(self, number: int, width: int, height: int):
+    #: the picture that was read to try it, until it is asked for
+    _first: NDArray[np.uint8] | None = None
+
+    def __init__(self, source: int | str, width: int, height: int):
         cv = _cv()
         log = cv.utils.logging
         log.setLogLevel(log.LOG_LEVEL_SILENT)  # it would write to the terminal
-        self._device = cv.VideoCapture(number)
+        self._device = cv.VideoCapture(source)
+        name = f"film {source}" if isinstance(source, str) else f"webcam {source}"
         if not self._device.isOpened():
-            raise OSError(f"no webcam {number} opens")
-        self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
-        self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
+            raise OSError(f"no {name} opens")
         self._size = (width, height)
+        if not isinstance(source, str):
+            self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
+            self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
         try:
-            if self.read() is None:
-                raise OSError(f"webcam {number} opens and gives no picture")
+            self._first = self.read()
+            if self._first is None:
+                raise OSError(f"{name} opens and gives no picture")
         except OSError:
             self.close()
             raise
@@ -87,6 +94,9 @@ class Webcam:
 
         Raises OSError for a picture of another size.
         """
+        if (first := self._first) is not None:
+            self._first = None
+            return first
         good, picture = self._device.read()
         if not good:
             return None

@@ -96,6 +96,15 @@ def updated(
     return mean, root
 
 
+def distance(found: Moments, off: Floats, noise: Floats) -> float:
+    """Return the square of a reading's distance, in standard deviations.
+
+    found, off, noise: as for `updated`
+    """
+    low = cholesky(found.covariance + noise)
+    return float((_solved(low, off[:, None]) ** 2).sum())
+
+
 def cholesky(matrix: Floats) -> Floats:
     """Return the lower root of a covariance (n, n), which may have variances of 0."""
     left, root = matrix.copy(), np.zeros_like(matrix)

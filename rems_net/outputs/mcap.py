@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rems_net.agents.agent import Output
-from rems_net.agents.ports import In, Messages
+from rems_net.agents.ports import In, Messages, Settings
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import Batch, Schema
+from rems_net.defdict import Batch, Schema, boolean
 from rems_net.errors import AgentError
 from rems_net.outputs.events import Events
+from rems_net.pictures import is_picture
 from rems_net.recordings.manifest import read_manifest
 from rems_net.recordings.mcap.derived import Derived, Rays, derived
 from rems_net.recordings.mcap.log import EVENTS, LOG, log
@@ -31,6 +32,9 @@ class McapOutput(Output):
     leaves whole chunks, and started again after a crash it goes on behind them.
     """
 
+    options = Settings(
+        pictures=boolean(default=True, doc="whether it has ports with pictures")
+    )
     inputs = In(source="input/*/*", messages=True)
     processes = In(source="process/*/*", messages=True)
     robots = In(source="robot/*/*", messages=True)
@@ -42,6 +46,8 @@ class McapOutput(Output):
         self._ports = 0
         self._derived: list[Derived] = []
         self._events = Events()
+        #: ports that are left out
+        self._out: set[str] = set()
 
     def write(self, tick: Tick) -> None:
         """Add the values of this tick."""
@@ -51,6 +57,9 @@ class McapOutput(Output):
             ports = sum(len(some.schemas) for some in read)
             if self._ports != ports:
                 schemas = {k: one for some in read for k, one in some.schemas.items()}
+                if not self.options.pictures:
+                    self._out = {key for key in schemas if _shows(schemas[key])}
+                    schemas = {k: schemas[k] for k in schemas.keys() - self._out}
                 self._ports, self._derived = ports, derived(schemas, self._rays())
                 file.declare(schemas, self._derived)
             events = [*self._events.of(self, read)]
@@ -58,6 +67,8 @@ class McapOutput(Output):
             for some in read:
                 messages.add(some)
                 some.clear()
+            for key in self._out & messages.keys():
+                del messages[key]
             time = round(tick.t * 1e9)
             for one in self._derived:
                 if made := one.message(messages, time):
@@ -126,3 +137,7 @@ class McapOutput(Output):
     def made(self) -> list[Path]:
         """Return the file."""
         return [] if self._file is None else [self._file.path]
+
+
+def _shows(schema: Schema) -> bool:
+    return any(is_picture(one) for _, one in schema.rows())

@@ -3,37 +3,49 @@
 The belief is a mean and a root of the covariance, of the state and of the constant
 offsets of its sensors. A step adds the errors of the commands, moves all by the
 definition's own `derivative`, and compares the sensors with its own `measure`: so a
-gyroscope shows how far the wheels really turned. No Jacobian is written by hand.
+gyroscope shows how far the wheels really turned. No Jacobian is written by hand. The
+pose of a camera counts at the time of its picture: `past.py`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import sqrt
+from math import degrees, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
 
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.tick import Tick
+from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick, time_of
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
-    Field,
     Schema,
     number,
     parse_quantity,
     ratio,
     text,
+    time,
 )
 from rems_net.drivers.kinematic.correction import limits
-from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.errors import ExperimentError, nearest
-from rems_net.maths.ukf import Floats, Moments, points, predicted, product, updated
-from rems_net.processes.model import model_of
+from rems_net.drivers.kinematic.model import POSE
+from rems_net.errors import ExperimentError
+from rems_net.events import warn
+from rems_net.maths import hypot
+from rems_net.maths.ukf import (
+    Floats,
+    Moments,
+    points,
+    predicted,
+    product,
+    updated,
+)
+from rems_net.processes import localise
+from rems_net.processes.fields import Turns, field_of, odd, pairs
+from rems_net.processes.model import model_of, noises, table
 from rems_net.processes.motion import Motion
-from rems_net.processes.turns import Turns
-from rems_net.processes.words import table
+from rems_net.processes.past import KEPT, Belief, Past, Poses, Seen, Span
 
 #: Least variance of a reading, in its unit: with 0 nothing could be divided by it.
 LEAST = 1e-18
@@ -43,6 +55,7 @@ class Estimator(Process):
     """Base of filters that estimate a robot's state: `ekf` and `ukf`.
 
     command: what the robot was commanded      sensors: its readings
+    pose: of a camera, with its covariance and the tick of its picture
     state: the estimate, as the definition has it      deviation: standard deviation of
     each field, in its unit      covariance: of each pair of fields, such as m*rad
     """
@@ -58,69 +71,51 @@ class Estimator(Process):
         slip=ratio(default=0.03, range=(0, 1), doc="error of a command, in each step"),
         drift=text(max_len=4096, doc='error besides, in 1 s: heading = "1 deg"'),
         noise=text(max_len=4096, doc="of sensors, if not as defined: gyro/z = 0.01"),
+        delay=time(range=(0, KEPT), doc="of pictures when they come, as of a webcam"),
+        bridge=time(default=2.0, range=(0, 60), doc="its state is fresh without poses"),
     )
     command = In()
-    sensors = In()
+    sensors = In(optional=True)
+    pose = In(
+        localise.POSE.slice("x", "y", "heading", "covariance", "tick"), optional=True
+    )
     state = Out()
     deviation = Out()
     covariance = Out()
+    _belief: Belief
 
     def prepare(self) -> None:
         """Build the definition, and settle the Outs. Raises ExperimentError."""
         super().prepare()
-        self.model = robot = self._built()
+        self.model = robot = model_of(self)
         schema = robot.state.schema
         self._paths = [path for path, one in schema.rows()]
         rows = {**dict(robot.command.schema.rows()), **dict(schema.rows())}
-        if odd := [path for path, one in rows.items() if _odd(one)]:
+        if wrong := [path for path, one in rows.items() if odd(one)]:
             raise ExperimentError(
-                f"{odd[0]!r} of {self.options.definition} is no single number, which "
+                f"{wrong[0]!r} of {self.options.definition} is no single number, which "
                 "an estimator needs; give it a definition without that field. (R0881)"
             )
         self.settle("state", schema)
         units = {path: number(one.unit) for path, one in schema.rows()}
         self.settle("deviation", Schema("estimate.deviation", units))
-        self.settle("covariance", Schema("estimate.covariance", _pairs(schema)))
-        self._noises = self._noise()
+        self.settle("covariance", Schema("estimate.covariance", pairs(schema)))
+        reads = runtime(self).sources
+        if not {"sensors", "pose"} & {*reads}:
+            raise ExperimentError(
+                f"{self.key} reads neither sensors nor a pose, so nothing corrects its "
+                'estimate; write sensors = "robot/bot/sensors", or the pose that a '
+                'camera finds: pose = "process/eyes/bot". (R1108)'
+            )
+        self._noises = noises(self, robot) if "sensors" in reads else {}
         self._used = [*self._noises]
         self._settings()
-
-    def _built(self) -> Kinematic:
-        name, robot = self.options.definition, model_of(self)
-        if robot.read is None:
-            raise ExperimentError(
-                f"{name} has no sensors, so nothing corrects an estimate; give its "
-                "definition `sensors`, `measure` and `noise`. (R0881)"
-            )
-        return robot
-
-    def _noise(self) -> dict[str, Noise]:
-        """Return the noise of each sensor that has some; others are not used."""
-        robot, given = self.model, table(self.options.noise, "noise")
-        stated: Mapping[str, Noise] = getattr(robot, "noise", dict)()
-        schema = robot.sensors.schema
-        found: dict[str, Noise] = {}
-        for glob, one in stated.items():
-            found |= dict.fromkeys(schema.slice(glob).paths, one)
-        for path, value in given.items():
-            unit = _field(schema, path, "noise").unit
-            size = parse_quantity(value, unit, f"the noise of {path!r}")
-            found[path] = Noise(absolute=size)
-        assert robot.read is not None
-        computed = robot.read(robot.state, robot.command)
-        usable = {
-            path: found[path]
-            for path, one in schema.rows()
-            if found.get(path, Noise()) != Noise() and path in computed
-            if not _odd(one)
-        }
-        if not usable:
-            raise ExperimentError(
-                f"{self.options.definition} does not state how noisy its sensors are, "
-                'and no option does; write such as options={"noise": '
-                f"'{schema.paths[0]} = 0.01'}}. (R0881)"
-            )
-        return usable
+        if "pose" in reads:
+            self._poses = Poses(schema, self.options.definition)
+            given = (table(self.options[one], one) for one in ("initial", "unsure"))
+            self._placed = any(path in one for one in given for path in POSE)
+            if not self._placed:
+                self._belief = self._poses.unknown(self._belief)
 
     def _settings(self) -> None:
         """Begin with the belief that the options state."""
@@ -133,21 +128,25 @@ class Estimator(Process):
         self._offsets = [self._used.index(path) for path in offsets]
         # An offset is anywhere between its limits: the deviation of such a value.
         biases = [self._noises[path].bias / sqrt(3) for path in offsets]
-        self._mean = np.array([*first, *(0.0 for _ in offsets)])
-        self._root = np.diag([*unsure, *biases])
+        mean = np.array([*first, *(0.0 for _ in offsets)])
+        self._belief = Belief(mean, np.diag([*unsure, *biases]))
         commands = len(self.model.command.schema.paths)
         rest = np.zeros(len(offsets) + commands)
         self._drift = np.diag(np.array([*drift, *rest]) ** 2)
-        turns = Turns(self._fields(schema, self._paths))
-        self._turns = turns.extended(len(rest))
-        self._sensed = Turns(self._fields(self.model.sensors.schema, self._used))
+        self._turns = Turns([one for _, one in schema.rows()]).extended(len(rest))
+        sensed = dict(self.model.sensors.schema.rows()) if self._used else {}
+        self._sensed = Turns([sensed[path] for path in self._used])
         self._old: list[float] = []
+        self._past = Past(self._filtered)
+        #: whether it is known where the robot is; and the tick of the newest picture
+        self._placed, self._shot = True, -1
+        self._warned: set[str] = set()
 
     def _numbers(
         self, schema: Schema, given: Mapping[str, Any], name: str
     ) -> list[float]:
         for path in given:
-            _field(schema, path, name)
+            field_of(schema, path, name)
         value = {
             path: parse_quantity(given[path], one.unit, f"{name} of {path!r}")
             for path, one in schema.rows()
@@ -156,29 +155,45 @@ class Estimator(Process):
         default = schema({}).flat() if name == "initial" else {}
         return [value.get(path, default.get(path, 0.0)) for path in self._paths]
 
-    def _fields(self, schema: Schema, paths: list[str]) -> list[Field]:
-        fields = dict(schema.rows())
-        return [fields[path] for path in paths]
-
     def open(self) -> None:
         """Prepare to integrate many states at once."""
         self._motion = Motion(self.model, self._used)
         self._ranges = limits(self.command.schema)
 
     def step(self, tick: Tick) -> None:
-        """Predict with the command, correct with the sensors, and publish."""
-        command = self._command()
-        self._predict(command, tick.dt)
+        """Predict with the command, correct with sensors and pose, and publish."""
         readings = [float(self.sensors[path]) for path in self._used]
-        if readings != self._old:  # the same numbers again are an old reading
-            self._correct(command, np.array(readings))
-        count = self._count
-        self._mean, self._root, self._old = (
-            self._mean[:count],
-            self._root[:count],
-            readings,
+        # The same numbers again are an old reading.
+        new = np.array(readings) if readings != self._old else None
+        self._old, dt = readings, tick.dt
+        self._belief = self._past.add(
+            Span(tick.t, dt, dt, self._command(), self._belief, new)
         )
+        if "pose" in runtime(self).sources:
+            self._look(tick)
         self._publish()
+
+    def _look(self, tick: Tick) -> None:
+        """Put a new pose in at the time of its picture."""
+        run, shot = runtime(self), self.pose.tick
+        new = shot > self._shot
+        if new and not self._poses.can_be(self.pose):
+            if shot:  # or nothing has come yet
+                self._warn("covariance", _NO_COVARIANCE)
+        elif new:
+            at = time_of(shot, run.dt) - self.options.delay
+            belief = self._past.put(self._poses.read(self.pose), at)
+            if belief is None:
+                self._warn(
+                    "old",
+                    f"a pose is {tick.t - at:.1f} s old, and {KEPT:g} s are kept: such "
+                    "poses are passed over. Is the camera's computer too slow?",
+                )
+            else:
+                self._belief, self._shot = belief, shot
+        # The estimate is not as old as its last picture: the commands are new.
+        fresh = self._shot + round(self.options.bridge / run.dt)
+        run.source_ticks["pose"] = min(tick.n, fresh) if self._placed else 0
 
     @property
     def _count(self) -> int:
@@ -200,20 +215,31 @@ class Estimator(Process):
         """Return the moments of values at the sigma points."""
         raise NotImplementedError
 
-    def _predict(self, command: Floats, dt: float) -> None:
-        errors = np.diag(float(self.options.slip) * np.abs(command))
-        (n, k), m = self._root.shape, len(command)
-        root = np.zeros((n + m, k + m))
-        root[:n, :k], root[n:, k:] = self._root, errors
-        mean = np.concatenate([self._mean, np.zeros(m)])
-        spots = points(mean, root, self.alpha)
-        moved = spots.copy()
-        moved[:, : len(self._paths)] = self._motion.moved(spots, command, dt)
-        found = self.moments(moved, self._turns.less)
-        self._mean, self._root = predicted(found, self._drift * dt)
+    def _filtered(self, span: Span) -> Belief:
+        """Return the belief at the end of a span."""
+        belief = span.before
+        if self._placed:
+            belief = self._predicted(span)
+            if span.readings is not None:
+                belief = self._corrected(belief, span.command, span.readings)
+            belief = Belief(belief.mean[: self._count], belief.root[: self._count])
+        return belief if span.seen is None else self._met(belief, span.seen)
 
-    def _correct(self, command: Floats, readings: Floats) -> None:
-        spots = points(self._mean, self._root, self.alpha)
+    def _predicted(self, span: Span) -> Belief:
+        (mean, root), command = span.before, span.command
+        # Parts of a step have independent errors: together, that of the step.
+        slip = self.options.slip * sqrt(span.step / span.dt) if span.dt else 0.0
+        (n, k), m = root.shape, len(command)
+        wide = np.zeros((n + m, k + m))
+        wide[:n, :k], wide[n:, k:] = root, np.diag(slip * np.abs(command))
+        spots = points(np.concatenate([mean, np.zeros(m)]), wide, self.alpha)
+        moved = spots.copy()
+        moved[:, : len(self._paths)] = self._motion.moved(spots, command, span.dt)
+        found = self.moments(moved, self._turns.less)
+        return Belief(*predicted(found, self._drift * span.dt))
+
+    def _corrected(self, belief: Belief, command: Floats, readings: Floats) -> Belief:
+        spots = points(*belief, self.alpha)
         values = self._motion.read(spots, command)
         first = len(self._paths)
         for i, column in enumerate(self._offsets):
@@ -226,13 +252,32 @@ class Estimator(Process):
             ]
         )
         off = self._sensed.less(readings, found.mean)
-        self._mean, self._root = updated(self._mean, self._root, found, off, noise)
+        return Belief(*updated(*belief, found, off, noise))
+
+    def _met(self, belief: Belief, seen: Seen) -> Belief:
+        belief, away = self._poses.met(belief, seen, first=not self._placed)
+        self._placed = True
+        if away is not None:
+            far, turn = float(hypot(*away[:2].tolist())), degrees(away[2])
+            self._warn(
+                "moved" if far < localise.JUMP else f"moved {self.tick.n}",
+                f"the robot was {1e3 * far:.0f} mm and {turn:.0f} degrees from where "
+                "its commands led: it was moved by hand, or its wheels slip more than "
+                "`slip` and `drift` state",
+            )
+        return belief
+
+    def _warn(self, kind: str, sentence: str) -> None:
+        """Warn of each kind once."""
+        if kind not in self._warned:
+            self._warned.add(kind)
+            warn(kind.split()[0], f"{self.key}: {sentence}", self.key, self.tick.n)
 
     def _publish(self) -> None:
         count = len(self._paths)
-        mean = self._turns.wrapped(self._mean)[:count].tolist()
+        mean = self._turns.wrapped(self._belief.mean)[:count].tolist()
         self.state.clip(dict(zip(self._paths, mean, strict=True)))
-        covariance = product(self._root, self._root.T)[:count, :count]
+        covariance = product(self._belief.root, self._belief.root.T)[:count, :count]
         spread = np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist()
         self.deviation = dict(zip(self._paths, spread, strict=True))
         upper = covariance[np.triu_indices(count)].tolist()
@@ -240,37 +285,12 @@ class Estimator(Process):
         self.covariance = dict(zip(pairs, upper, strict=True))
 
 
+_NO_COVARIANCE = (
+    "a pose has no covariance, and such poses are passed over; write 3 x 3 numbers in "
+    "m2, m rad and rad2, with variances above 0"
+)
+
+
 def _variance(noise: Noise, value: float) -> float:
     """Return the variance of a reading; a value that is rounded to a step has some."""
     return float(max(noise.spread(value) ** 2 + noise.step**2 / 12, LEAST))
-
-
-def _odd(field: Field) -> bool:
-    return bool(field.shape) or field.dtype != "float"
-
-
-def _pairs(schema: Schema) -> dict[str, Field]:
-    """Return a field for each pair of fields, in its unit: "x/heading" in m*rad."""
-    rows = list(schema.rows())
-    found = {}
-    for i, (path, one) in enumerate(rows):
-        for other, two in rows[i:]:
-            found[f"{path}/{other}"] = number(_product(one.unit, two.unit))
-    return found
-
-
-def _product(a: str, b: str) -> str:
-    """Return the unit of a product: m**2, m*rad."""
-    if a == b:
-        return a and (f"{a}**2" if a.isalpha() else f"({a})**2")
-    return "*".join(unit if unit.isalpha() else f"({unit})" for unit in (a, b) if unit)
-
-
-def _field(schema: Schema, path: str, name: str) -> Field:
-    found = dict(schema.rows()).get(path)
-    if found is None:
-        raise ExperimentError(
-            f"{name} names {path!r}, and {schema.name} has {', '.join(schema.paths)}."
-            f"{nearest(path, schema.paths)} (R0881)"
-        )
-    return found

@@ -73,6 +73,7 @@ class Localise(Process):
         known=many(KNOWN, max_len=50, doc="at known places: they place the camera"),
     )
     needs = ("apriltag",)
+    by_picture = True
     camera = In()
     markers = In(source="robot/*/marker")
     poses = Out(POSES)
@@ -113,6 +114,8 @@ class Localise(Process):
     def step(self, tick: Tick) -> None:
         """Find the robots in a new picture."""
         seen: Any = self.camera
+        if not seen["lens/fx"]:
+            return  # nothing has come from a real camera yet
         shot = int(seen["tick"])
         # A pose is as old as its picture.
         runtime(self).source_ticks["camera"] = shot

@@ -1,12 +1,22 @@
 """Model: the robot that a process computes beside the one that it reads."""
 
+import re
+from collections.abc import Mapping
+from typing import Any
+
 from rems_net.agents.agent import Process
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition, combine
+from rems_net.bodies.noise import Noise
+from rems_net.defdict import parse_quantity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError
-from rems_net.processes.words import table
+from rems_net.processes.fields import field_of, odd
 from rems_net.recordings.parameters.identified import parameters_for
+from rems_net.toml import TOMLDecodeError, loads
+
+#: A path of several names, which TOML takes only in quotes.
+_PATH = re.compile(r"(?<![\w\"'/])([\w.-]+(?:/[\w.-]+)+)(?=\s*=)")
 
 
 def model_of(process: Process) -> Kinematic:
@@ -31,3 +41,50 @@ def model_of(process: Process) -> Kinematic:
     assert isinstance(robot, Kinematic)
     robot.integration.told = "silent"  # the robot itself warns of long steps
     return robot
+
+
+def noises(process: Process, robot: Kinematic) -> dict[str, Noise]:
+    """Return the noise of each sensor that has some; others are not used.
+
+    Raises ExperimentError if there is none.
+    """
+    name, given = process.options.definition, table(process.options.noise, "noise")
+    if robot.read is None:
+        raise ExperimentError(
+            f"{name} has no sensors, so nothing corrects an estimate; give its "
+            "definition `sensors`, `measure` and `noise`. (R0881)"
+        )
+    stated: Mapping[str, Noise] = getattr(robot, "noise", dict)()
+    schema = robot.sensors.schema
+    found: dict[str, Noise] = {}
+    for glob, one in stated.items():
+        found |= dict.fromkeys(schema.slice(glob).paths, one)
+    for path, value in given.items():
+        unit = field_of(schema, path, "noise").unit
+        size = parse_quantity(value, unit, f"the noise of {path!r}")
+        found[path] = Noise(absolute=size)
+    computed = robot.read(robot.state, robot.command)
+    usable = {
+        path: found[path]
+        for path, one in schema.rows()
+        if found.get(path, Noise()) != Noise() and path in computed
+        if not odd(one)
+    }
+    if not usable:
+        raise ExperimentError(
+            f"{name} does not state how noisy its sensors are, and no option does; "
+            f"write such as options={{\"noise\": '{schema.paths[0]} = 0.01'}}. (R0881)"
+        )
+    return usable
+
+
+def table(given: str, name: str) -> dict[str, Any]:
+    """Return the values of an option that is a line of TOML. Raises ExperimentError."""
+    quoted = _PATH.sub(r'"\1"', given)
+    try:
+        return dict(loads(f"all = {{ {quoted} }}")["all"])
+    except TOMLDecodeError as error:
+        raise ExperimentError(
+            f"{name} = {given!r:.80} cannot be read ({error}); write such as "
+            "'x = \"10 mm\", heading = 0.1'. (R0881)"
+        ) from None

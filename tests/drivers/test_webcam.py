@@ -1,23 +1,27 @@
 """Webcams: what is refused, without one; and lenses from pictures of a board."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, In, Out, Process, Schema, Tick, read
 from rems_net.agents.robot import combine
 from rems_net.bodies.lens import Lens
 from rems_net.cli import main
 from rems_net.drivers.hardware.camera.webcam import Webcam
 from rems_net.errors import AgentError, SchemaError
+from rems_net.eyes.opencv import Webcam as Device
 from rems_net.eyes.opencv import check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
 from rems_net.robots.eyes.camera import Camera
+from rems_net.units import percent
+from tests.eyes.paper import SCALE, SIZE, pasted
 
-pytest.importorskip("cv2")
+cv2 = pytest.importorskip("cv2")
 
 
 def test_no_webcam_is_a_sentence_with_a_list_to_check() -> None:
@@ -35,6 +39,86 @@ def test_another_size_than_asked_is_refused_with_what_to_write() -> None:
     check_size((480, 640, 3), (640, 480))
     with pytest.raises(OSError, match="gives pictures of 1280 x 720, and 640 x 480"):
         check_size((720, 1280, 3), (640, 480))
+
+
+def film(folder: Path, pictures: Sequence[Any]) -> str:
+    """Write pictures as files, and return their name as an option has it."""
+    for number, grey in enumerate(pictures):
+        colours = np.repeat(grey[:, :, None], 3, axis=2)
+        (folder / f"shot-{number:03d}.png").write_bytes(png(colours))
+    return "shot-%03d.png"
+
+
+def test_a_film_of_another_size_is_refused(tmp_path: Path) -> None:
+    shots = film(tmp_path, [np.full((240, 320), 99, np.uint8)] * 3)
+    robot = combine(Camera, Webcam)("cam", options={"film": shots}, folder=tmp_path)
+    robot.prepare()
+    with pytest.raises(AgentError, match="gives pictures of 320 x 240, and 640 x 480"):
+        robot.open()
+    robot.close()
+
+
+def test_no_film_is_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "torn.avi").write_bytes(b"RIFF")
+    for name in ("none.avi", "torn.avi"):
+        with pytest.raises(OSError, match=f"no film .*{name} opens"):
+            Device(str(tmp_path / name), 640, 480)
+
+
+def test_a_film_gives_each_picture_once(tmp_path: Path) -> None:
+    path = tmp_path / "film.avi"
+    code = cv2.VideoWriter.fourcc(*"MJPG")
+    writer = cv2.VideoWriter(str(path), code, 30, (64, 48))
+    for level in (50, 120, 200):
+        writer.write(np.full((48, 64, 3), level, np.uint8))
+    writer.release()
+    device, levels = Device(str(path), 64, 48), []
+    while (picture := device.read()) is not None:
+        levels.append(int(picture.mean()))
+    device.close()
+    assert levels == pytest.approx([50, 120, 200], abs=3)
+
+
+class Go(Process):
+    """Drives ahead for as long as there is a pose."""
+
+    pose = In(source="process/eyes/bot")
+    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
+
+    def step(self, tick: Tick) -> None:
+        if self.pose.id >= 0:
+            self.value = {"wheel": {"left": 50.0, "right": 50.0}}
+
+
+def test_from_a_film_to_poses_and_a_robot_that_stops(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """30 pictures in 2 s, 2 pixels apart: then the camera is frozen."""
+    pytest.importorskip("apriltag")
+    ways = [(shot * 2 + 0.25) / SCALE for shot in range(30)]
+    shots = film(tmp_path, [pasted([(3, way, 0.0)]) for way in ways])
+    folder = Path(__file__).parent
+    lab = Experiment("film", dt="50 ms", duration="3.6 s", pace=1, folder=folder)
+    marker = {"id": 3, "size": SIZE, "height": 1e-9}
+    lab.robot("bot", "woodbot", "kinematic", marker=marker, command="process/go")
+    lens = {"fx": 1200.0, "place": {"z": 1.0}}
+    options = {"film": str(tmp_path / shots), "rate": 15}
+    lab.robot("cam", "camera", "webcam", parameters=lens, options=options)
+    seen = {"robots": "bot"}
+    lab.process("eyes", "localise", camera="robot/cam/sensors", options=seen)
+    lab.process("go", Go)
+    run = lab.run(tmp_path / "out")
+    poses, bot = read(run.folder)["process/eyes"], read(run.folder)["bot"]
+    x, at = np.array(poses.plain("bot/x")), np.array(poses.plain("bot/tick"))
+    assert (np.diff(x[at > 0]) >= -1e-4).all()
+    assert x[-1] == pytest.approx(ways[-1], abs=1e-3)
+    assert len(np.unique(at)) > 5
+    end = int(at[-1])
+    assert 10 < end < 50  # of 72
+    moves = np.abs(np.diff(bot.plain("state/x"))) > 1e-4
+    assert moves[8:end].mean() > 0.8
+    assert not moves[end + 13 :].any()  # 0.5 s later, and a tick for each on the way
+    assert "the camera is frozen, and poses age" in caplog.text
 
 
 def test_only_a_camera_can_be_a_webcam() -> None:

@@ -103,6 +103,7 @@ class Plan:
         if RUNTIME in vars(agent):  # the user's own __init__ may have forgotten it
             runtime(agent).seed = self.seed
             runtime(agent).rules = self.rules
+            runtime(agent).sources = self.sources
         return agent
 
     def table(

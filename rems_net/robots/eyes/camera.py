@@ -75,6 +75,7 @@ class Camera(Definition):
         }
     )
     obeys: ClassVar[bool] = False
+    by_picture: ClassVar[bool] = True
     command = In(Schema("camera.command", {}))
     state = Out(Schema("camera.state", {}))
     sensors = Out(_sensors)

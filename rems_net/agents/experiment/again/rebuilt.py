@@ -1,6 +1,6 @@
 """Rebuilt: the experiment of a recording, as it was or with changes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -204,11 +204,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
                 made.recorder = plan
             continue
         assert plan is not None
-        last = plan.classes[-1]
-        by_hand = getattr(last, "by_hand", False)
-        if by_hand or not all(getattr(c, "lockstep", True) for c in plan.classes):
-            why = "a person moves it" if by_hand else "lives in wall time"
-            made.played[plan.key] = why if by_hand else f"{last.__name__} {why}"
+        if why := _played(plan.classes):
+            made.played[plan.key] = why
             if (plan := played(plan, file)) is None:
                 continue
         lab.plans[plan.key] = plan
@@ -216,6 +213,18 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
     haunt(lab.plans, made.played, file)
     made.repeat()
     return made
+
+
+def _played(classes: Sequence[type]) -> str:
+    """Return why an agent of these classes plays its recording; "" if it does not."""
+    last = classes[-1]
+    if getattr(last, "by_hand", False):
+        return "a person moves it"
+    if not all(getattr(one, "lockstep", True) for one in classes):
+        return f"{last.__name__} lives in wall time"
+    if any(getattr(one, "by_picture", False) for one in classes):
+        return "pictures differ between machines"
+    return ""
 
 
 def _plan(kind: str, table: Mapping[str, Any], lab: Experiment) -> Plan | None:

@@ -37,14 +37,14 @@ def check_connections(
     sources: by In, its source. Raises ExperimentError or ConversionError.
     """
     own = agent.schemas()
-    for port in agent.ins():
+    for port, reads in agent.ins().items():
         several = {of: one for of, one in sources.items() if of.startswith(f"{port}/")}
         if several:
             _check_shares(agent, several, entries, agents)
             continue
         source = sources.get(port)
         if source is None:
-            if not (port == "command" and takes_commands(agent)):
+            if not (reads.optional or (port == "command" and takes_commands(agent))):
                 raise ExperimentError(
                     f"its In {port!r} is connected to nothing; write what it "
                     f"reads, such as {port}='robot/sim/state'. (R0418)"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rems_net.agents.ports import Settings
-from rems_net.defdict import DefDict, frequency, integer
+from rems_net.defdict import DefDict, frequency, integer, text
 from rems_net.drivers.hardware.device_thread import Readings
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.drivers.needs import missing
@@ -23,12 +23,14 @@ class Webcam(Driven):
 
     A picture has the tick at which it came: a fifth of a second after what it shows,
     for some webcams. Pictures that are the same bytes as the last count as none, so a
-    frozen webcam's picture grows old.
+    frozen webcam's picture grows old. So does the last picture of a film, which can
+    take the place of a webcam: one picture in each exchange.
     """
 
     needs = ("cv2",)
     options = Settings(
         number=integer(range=(0, 100), doc="of the webcams of this computer"),
+        film=text(doc="file in its place, or pictures such as shot-%03d.png"),
         rate=frequency("Hz", range=(0, 10_000), doc="pictures; 0: 30 a second"),
     )
     rate = 30.0
@@ -37,7 +39,7 @@ class Webcam(Driven):
         "it, such as a video call; 3. its number, as in options = { number = 1 }."
     )
     _open: Device | None = None
-    _last: NDArray[np.uint8] | None = None
+    _last: NDArray[np.uint8] | tuple[()] = ()
 
     def prepare(self) -> None:
         """Check that OpenCV is here, and that the definition is a camera."""
@@ -50,17 +52,21 @@ class Webcam(Driven):
 
     def connect(self) -> None:
         """Open the webcam. Raises OSError if it is not there, or of another size."""
-        p = self.parameters
-        self._open = Device(self.options["number"], p["width"], p["height"])
-        self._last = None
+        p, film = self.parameters, self.options["film"]
+        source = str(self.folder / film) if film else self.options["number"]
+        self._open = Device(source, p["width"], p["height"])
+        self._last = ()
 
     def exchange(self, command: DefDict) -> Readings | None:
         """Return the newest picture. Raises TimeoutError if none comes."""
         assert self._open is not None
+        film = self.options["film"]
+        if film and not self.tick.n and len(self._last):
+            return None  # the second picture comes with the first tick
         picture = self._open.read()
-        if picture is None:
+        if picture is None and not film:
             raise TimeoutError("the webcam gives no picture")
-        if self._last is not None and np.array_equal(picture, self._last):
+        if picture is None or np.array_equal(picture, self._last):
             return None
         self._last = picture
         still: dict[str, Any] = self.still()  # type: ignore[attr-defined]

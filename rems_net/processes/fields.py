@@ -1,4 +1,4 @@
-"""Turns: differences of angles go the short way around the circle."""
+"""Fields of a state: angles, whose differences go the short way; pairs of fields."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.defdict import Field, parse_quantity
+from rems_net.defdict import Field, Schema, number, parse_quantity
+from rems_net.errors import ExperimentError, nearest
 from rems_net.maths.ukf import Floats
 
 #: Units of an angle.
@@ -57,3 +58,34 @@ def _low(field: Field) -> float:
     low, high = field.limits
     turn = _turn(field)
     return low if abs(high - low - turn) < 1e-6 * turn else -inf
+
+
+def odd(field: Field) -> bool:
+    return bool(field.shape) or field.dtype != "float"
+
+
+def pairs(schema: Schema) -> dict[str, Field]:
+    """Return a field for each pair of fields, in its unit: "x/heading" in m*rad."""
+    rows = list(schema.rows())
+    found = {}
+    for i, (path, one) in enumerate(rows):
+        for other, two in rows[i:]:
+            found[f"{path}/{other}"] = number(_product(one.unit, two.unit))
+    return found
+
+
+def _product(a: str, b: str) -> str:
+    """Return the unit of a product: m**2, m*rad."""
+    if a == b:
+        return a and (f"{a}**2" if a.isalpha() else f"({a})**2")
+    return "*".join(unit if unit.isalpha() else f"({unit})" for unit in (a, b) if unit)
+
+
+def field_of(schema: Schema, path: str, name: str) -> Field:
+    found = dict(schema.rows()).get(path)
+    if found is None:
+        raise ExperimentError(
+            f"{name} names {path!r}, and {schema.name} has {', '.join(schema.paths)}."
+            f"{nearest(path, schema.paths)} (R0881)"
+        )
+    return found
