@@ -212,7 +212,8 @@ def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | Non
     """Return the last value of every tick of a host with one agent, if there is one.
 
     This value also means `done`, which saves a message per tick; it is moved to the
-    end. It is a state if there is one: most programs that look want that. An output in the same host would not be done yet: the run could end before its
+    end. It is a state if there is one, which most programs want. An output in the same
+    host would not be done yet: the run could end before its
     row.
     """
     steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
