@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rems_net import Experiment, sweep
+from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError
 from rems_net.sweeps.factors import factor, listed, points, quantities
 from rems_net.sweeps.progress import Progress, left
@@ -105,10 +106,20 @@ def test_what_is_refused(tmp_path: Path, words: list[str], sentence: str) -> Non
     assert not (tmp_path / "runs").exists()
 
 
+class Lonely(Kinematic):
+    """A driver of which a process holds one robot only."""
+
+    one_per_process = True
+
+
 def test_hardware_and_an_experiment_without_an_end(tmp_path: Path) -> None:
     made = lab(tmp_path)
     made.duration = None
     with pytest.raises(ExperimentError, match="has no duration"):
+        sweep(made, out=tmp_path / "s")
+    made.duration = 1.0
+    made.robot("other", "swept.py:Cart", Lonely)
+    with pytest.raises(ExperimentError, match="such as --replace robot/other=kin"):
         sweep(made, out=tmp_path / "s")
     real = Experiment("real", duration="1 s")
     real.robot("bot", "create2", "create2", options={"port": "none"})
