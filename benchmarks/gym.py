@@ -43,6 +43,7 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     wanted = [
         ("an environment over the engine by hand", over(found, "env", "engine"), 0.9),
         ("1000 at once over one alone", over(found, "columns", "one"), 55.0),
+        ("a step on a fabric over raw zenoh", over(found, "fabric", "zenoh"), 0.4),
     ]
     if "bare" in known:
         ratio = over(found, "mujoco", "bare")
