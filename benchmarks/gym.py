@@ -13,7 +13,9 @@ NAME = "gym"
 TEXT = """Steps a second of a Woodbot in ticks of 10 ms, all in one process, in turn, so
 that ratios count. *By hand*: `put`, `step`, and a look at the state. A thousand robots
 are computed as columns, and have sensors. In MuJoCo state and sensors are observed, and
-*bare* is `mj_step` alone, in the same steps of 1 ms."""
+*bare* is `mj_step` alone, in the same steps of 1 ms. *Raw zenoh* is the floor of an
+environment on a fabric: zenoh-python alone sends a command and a tick to a process,
+which answers with a state."""
 
 ROWS = {
     "engine": "kinematic, by hand",
@@ -21,6 +23,7 @@ ROWS = {
     "columns": "kinematic, 1000 at once, robot-steps",
     "one": "kinematic with sensors, alone",
     "fabric": "kinematic, on a fabric, in one host",
+    "zenoh": "raw zenoh, the same messages",
     "bare": "MuJoCo, bare",
     "mujoco": "MuJoCo, environment",
     "threads": "MuJoCo, 8 at once, robot-steps",
@@ -40,6 +43,7 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     wanted = [
         ("an environment over the engine by hand", over(found, "env", "engine"), 0.9),
         ("1000 at once over one alone", over(found, "columns", "one"), 55.0),
+        ("a step on a fabric over raw zenoh", over(found, "fabric", "zenoh"), 0.4),
     ]
     if "bare" in known:
         ratio = over(found, "mujoco", "bare")

@@ -16,9 +16,8 @@ def make(driver: str, **more: Any) -> Any:
     lab = Experiment("train", dt="100 ms", duration="6 s")
     lab.robot("sim", "woodbot", driver)
     more |= {"act": "robot/sim/command", "observe": "robot/sim/state"}
-    more |= {"reward": f"{BEFORE} - {NOW}", "ends": f"{NOW} < 2 cm"}
-    start = {"robot/sim.heading": "-180..180 deg"}
-    return environment(lab, normalise=True, start=start, **more)
+    more |= {"reward": f"{BEFORE} - {NOW}", "ends": f"{NOW} < 2 cm", "normalise": True}
+    return environment(lab, start={"robot/sim.heading": "-180..180 deg"}, **more)
 
 
 def drive(env: Any, weights: Any, seed: int) -> tuple[float, Any]:
@@ -27,17 +26,16 @@ def drive(env: Any, weights: Any, seed: int) -> tuple[float, Any]:
     while not over:  # the policy sees the goal ahead and to the left, and a one
         dx, dy, c, s = GOAL[0] - x, GOAL[1] - y, np.cos(heading), np.sin(heading)
         seen = np.array([dx * c + dy * s, dy * c - dx * s, 1.0]) / np.hypot(dx, dy)
-        action = np.tanh(weights.reshape(2, 3) @ seen)
-        (x, y, heading), reward, ended, cut, _ = env.step(action)
+        (x, y, heading), reward, ended, cut, _ = env.step(np.tanh(weights @ seen))
         path, total, over = [*path, (x, y)], total + reward, ended or cut
     return total, np.array(path)
 
 
 if __name__ == "__main__":
     random, env = np.random.default_rng(1), make("kinematic")
-    middle, spread = np.zeros(6), np.full(6, 2.0)
+    middle, spread = np.zeros((2, 3)), np.full((2, 3), 2.0)
     for n in range(ROUNDS):  # cross-entropy: the best six tries are varied
-        tries = middle + spread * random.normal(size=(TRIES, 6))
+        tries = middle + spread * random.normal(size=(TRIES, 2, 3))
         gains = [sum(drive(env, one, 4 * n + i)[0] for i in range(4)) for one in tries]
         best = tries[np.argsort(gains)[-6:]]
         middle, spread = best.mean(axis=0), best.std(axis=0) + 0.05
@@ -47,4 +45,6 @@ if __name__ == "__main__":
         place.close()
         print(f"{name}: {np.hypot(*(path[-1] - GOAL)):.3f} m from the goal")
         plt.plot(*path.T, "--" if name == "fabric" else "-", label=name)
+    plt.plot(*GOAL, "k+", label="goal")
+    plt.gca().set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     plt.legend().get_figure().savefig("paths.png")  # type: ignore[union-attr]

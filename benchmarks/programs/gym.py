@@ -8,17 +8,22 @@ The ways take turns, and the fastest of some rounds counts: it was disturbed the
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
+import msgpack
 import numpy as np
 
 import rems_net.gym
+from benchmarks.programs import raw_zenoh
 from rems_net import Experiment, Input, Out, Tick, Woodbot
 from rems_net.libraries import load
 
@@ -89,6 +94,36 @@ def bare(env: Any) -> Way:
     return go
 
 
+@contextmanager
+def raw() -> Iterator[Way]:
+    """Give what takes steps by zenoh-python alone: a command and a tick, then a state.
+
+    The floor of an environment on a fabric: the same messages between two processes.
+    """
+    heard: SimpleQueue[Any] = SimpleQueue()
+    program = [sys.executable, "-m", "benchmarks.programs.raw_zenoh"]
+    with raw_zenoh.open_session(serve=True) as session:
+        state, laws = raw_zenoh.STATES, raw_zenoh.LAWS
+        hear = session.declare_subscriber(state, raw_zenoh.direct(heard))
+        act = session.declare_publisher(raw_zenoh.COMMAND, **laws)
+        tick = session.declare_publisher(raw_zenoh.TICK, **laws)
+        agent = subprocess.Popen([*program, "agent", "0", "1", "acted"])
+        while not list(session.liveliness().get(raw_zenoh.ALIVE)):
+            time.sleep(0.05)
+        time.sleep(0.3)
+
+        def go(steps: int) -> None:
+            for n in range(1, steps + 1):
+                act.put(msgpack.packb(COMMAND), attachment=msgpack.packb((n, n * 0.01)))
+                tick.put(msgpack.packb({"n": n, "t": n * 0.01, "dt": 0.01}))
+                np.array([*msgpack.unpackb(heard.get().payload.to_bytes()).values()])
+
+        yield go
+        tick.put(msgpack.packb({"n": 0}))
+        agent.wait()
+        del hear
+
+
 def rates(ways: dict[str, Way], steps: int) -> dict[str, float]:
     """Return the steps a second of each way, in its fastest round."""
     found = dict.fromkeys(ways, 0.0)
@@ -133,7 +168,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "out")
         fabric = make(lab("kinematic", host="one"), fabric=True, out=out, **PORTS)
-        found |= rates({"fabric": stepping(fabric, action)}, steps)
+        with raw() as zenoh:
+            found |= rates({"fabric": stepping(fabric, action), "zenoh": zenoh}, steps)
         fabric.close()
     print(json.dumps(found))
 

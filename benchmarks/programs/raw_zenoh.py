@@ -6,7 +6,8 @@ The ticking session is itself the router; each process answers a tick with STATE
 states, each on a key of its own and heard where the tick was made. WHERE `twice`: a
 second subscriber there notes when each came; `unwatched`: nobody subscribes to them, so
 each process puts one `done` instead; `apart`: a process of its own, a client of the
-router, subscribes to them, and each puts a `done`, too.
+router, subscribes to them, and each puts a `done`, too. Of an agent, `acted`: it takes
+a command of two numbers before each tick.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ LAWS: dict[str, Any] = {
     "priority": zenoh.Priority.INTERACTIVE_HIGH,
 }
 ALIVE, DONE, TICK = "bench/robot/*/@alive", "bench/done", "bench/tick"
-STATES = "bench/robot/*/state"
+STATES, COMMAND = "bench/robot/*/state", "bench/robot/0/command"
 
 
 def open_session(serve: bool, endpoint: str = ENDPOINT) -> zenoh.Session:
@@ -57,14 +58,18 @@ def agent(name: str, states: int, where: str) -> None:
         keys = [f"bench/robot/{name}-{i}/state" for i in range(states)]
         publishers = [session.declare_publisher(k, **LAWS) for k in keys]
         done = session.declare_publisher(DONE, **LAWS)
-        hear = session.declare_subscriber(TICK, direct(ticks))
+        hear = [session.declare_subscriber(TICK, direct(ticks))]
+        if where == "acted":
+            hear.append(session.declare_subscriber(COMMAND, direct(ticks)))
         token = session.liveliness().declare_token(ALIVE.replace("*", name))
-        while n := msgpack.unpackb(ticks.get().payload.to_bytes())["n"]:
+        while (n := msgpack.unpackb(ticks.get().payload.to_bytes()).get("n")) != 0:
+            if n is None:
+                continue
             stamp = msgpack.packb((n, n * 0.01))
             for publisher in publishers if where != "unwatched" else ():
                 value = {"x": n * 0.01, "y": 0.0, "heading": 0.0, "speed": 0.0}
                 publisher.put(msgpack.packb(value), attachment=stamp)
-            if where:
+            if where in ("unwatched", "apart"):
                 done.put(msgpack.packb(n), attachment=stamp)
         del hear, token
 

@@ -12,7 +12,7 @@ from rems_net.agents.agent import PHASES, Agent
 from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
-from rems_net.defdict import DefDict, Schema, lock
+from rems_net.defdict import Schema, lock
 from rems_net.engine.source import Conversion, Gone, Local, Source, Value
 from rems_net.errors import RemsError
 from rems_net.events import warn
@@ -143,7 +143,7 @@ class Inlet:
     def put(self, values: Mapping[str, Any], n: int) -> None:
         """Set its value after tick n, for the engine's caller. Raises SchemaError."""
         assert self.schema is not None
-        mine = isinstance(values, DefDict) and values.schema is self.schema
+        mine = getattr(values, "schema", None) is self.schema
         self._store("", (values if mine else self.schema(values), n))
 
     def fill(self, tick: Tick) -> None:

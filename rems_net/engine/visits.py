@@ -6,7 +6,7 @@ between two ticks. Outputs that record receive it; a rerun repeats it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from fnmatch import fnmatchcase
 from functools import wraps
 from typing import Any
@@ -38,6 +38,8 @@ class Visits:
         self.busy = False
         #: sends a call to other processes: the key of its agent, and a sentence
         self.send: Callable[[str, str], None] = _nobody
+        #: agents whose ports other processes read, and so may record
+        self.read: Set[str] = frozenset()
         #: the Ins that record
         self.recorders: list[MessageInlet] = []
         self._repeats: list[tuple[Agent, Outside]] = []
@@ -51,11 +53,13 @@ class Visits:
 
     def put(self, inlet: Inlet, value: Any, n: int, source_tick: int) -> None:
         """Note a value that was put at an In after tick n. On an open fabric, don't."""
-        if inlet.run.in_step and self._noted():
+        key = inlet.agent.key
+        if inlet.run.in_step and (self.recorders or key in self.read):
             sent = [inlet.port, value, source_tick]
             text = Outside.of(n, PUT, sent, {}).text()
-            self.receive(inlet.agent.key, text)
-            self.send(inlet.agent.key, text)
+            self.receive(key, text)
+            if key in self.read:
+                self.send(key, text)
 
     def _noting(
         self, agent: Agent, name: str, method: Callable[..., Any]
@@ -81,14 +85,10 @@ class Visits:
             for source in inlet.sources:
                 if isinstance(source, Local) and source.own is agent.__dict__:
                     source.keep(self.n + 1)
-        if self._noted():
+        if self.recorders or self.send is not _nobody:
             text = Outside.of(self.n, name, args, kwargs).text()
             self.receive(agent.key, text)
             self.send(agent.key, text)
-
-    def _noted(self) -> bool:
-        """Return whether a call is recorded, here or in another process."""
-        return bool(self.recorders) or self.send is not _nobody
 
     def receive(self, key: str, text: str, badge: int | None = None) -> None:
         """Pass a call on to the outputs here. badge: of the process that sent it."""

@@ -67,19 +67,16 @@ class OnFabric:
 
     def step(self, actions: Sequence[DefDict]) -> None:
         """Put the actions at their Ins, and let them act for one step."""
-        session, clock = self._session, self._clock
+        clock = self._clock
         stamp = pack_stamp(clock.tick.n, clock.tick.t)
-        for key, action in zip(self._keys, actions, strict=True):
-            schema = action.schema
-            encoding = f"{schema.name}@{schema.digest}"
-            # On the way of the tick, which comes behind it.
-            session.put(key, action.encode(), encoding, stamp=stamp)
+        for put, action in zip(self._puts, actions, strict=True):
+            put(action.encode(), attachment=stamp)  # the tick comes behind it
         clock.run(self.ticks)
         self._values = [self._newest(key) for key in self.ports.observe]
 
     def values(self) -> list[DefDict]:
         """Return the values of the observed ports, in their order."""
-        return [value.copy() for value in self._values]
+        return self._values
 
     def close(self) -> None:
         """End the run."""
@@ -98,7 +95,10 @@ class OnFabric:
             self._clock = stack.enter_context(going).clock
             session: Session = self._clock.session
             self._session = session
-            self._keys = [session.key(key) for key in self.ports.act]
+            self._puts = [
+                session.putting(session.key(key), f"{one.name}@{one.digest}")
+                for key, one in self.ports.act.items()
+            ]
             self._boxes = {key: Mailbox() for key in self.ports.observe}
             for key, box in self._boxes.items():
                 session.watch(session.key(key), box, remote=True)

@@ -9,10 +9,10 @@ from rems_net.agents.experiment.file import load
 from rems_net.agents.robot import Robot
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
-from rems_net.errors import ExperimentError
+from rems_net.defdict.expression import Value, compiled
+from rems_net.errors import ExperimentError, RemsError, uncoded
 from rems_net.gym.direct import Direct, Stage
 from rems_net.gym.env import Given, RobotEnv
-from rems_net.gym.expression import Value, compiled
 from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout
@@ -221,9 +221,9 @@ class Written(Task):
         self._reward: Value | None = None
         self._ends: Value | None = None
         if reward:
-            self._reward = compiled(reward, names, "reward")
+            self._reward = _compiled(reward, names, "reward")
         if ends:
-            self._ends = compiled(ends, names, "ends")
+            self._ends = _compiled(ends, names, "ends")
         self.start = start.start  # type: ignore[method-assign]
 
     def reward(self, now: Moment, before: Moment) -> Any:
@@ -233,6 +233,16 @@ class Written(Task):
     def ends(self, now: Moment) -> Any:
         """Return the value of the expression."""
         return False if self._ends is None else self._ends(now, now)
+
+
+def _compiled(text: str, names: Names, what: str) -> Value:
+    try:
+        return compiled(text, names).value
+    except RemsError as error:
+        raise ExperimentError(
+            f"{what} is {text!r}: {uncoded(error).rstrip('.')}. Expected such as "
+            "'x > 1 m' or 'before.x - x'. (R0925)"
+        ) from None
 
 
 def _task(

@@ -5,61 +5,9 @@ from random import Random
 from typing import Any
 
 from rems_net.defdict import Field, Schema, parse_quantity
-from rems_net.errors import ExperimentError, UnknownFieldError, nearest
-
-
-class Names:
-    """The fields of some ports, by any end of their keys that is one field's only.
-
-    `x` is the only field with the path `x`; `compass/x` may stand beside it.
-    """
-
-    def __init__(self, schemas: Mapping[str, Schema]):
-        #: key of the field -> key of its port, path and field
-        self.fields = {
-            f"{key}/{path}": (key, path, field)
-            for key, schema in schemas.items()
-            for path, field in schema.rows()
-        }
-        self._found: dict[str, tuple[str, str, Field]] = {}
-
-    def find(self, name: str) -> tuple[str, str, Field]:
-        """Return port, path and field of a name. Raises UnknownFieldError."""
-        if name not in self._found:
-            whole = [k for k, (_, path, _) in self.fields.items() if path == name]
-            ends = [k for k in self.fields if k == name or k.endswith(f"/{name}")]
-            ends = whole if len(whole) == 1 else ends
-            if len(ends) != 1:
-                known = ends or self.fields
-                which = "there is" if not ends else "write more of its key, such as"
-                raise UnknownFieldError(
-                    f"{name!r} is {'no field' if not ends else 'several fields'} of "
-                    f"this environment; {which} {', '.join(known)}."
-                    f"{'' if ends else nearest(name, known)} (R0925)"
-                )
-            self._found[name] = self.fields[ends[0]]
-        return self._found[name]
-
-
-class Moment:
-    """The values of an environment's ports at one tick, in the units of their fields.
-
-    `now["x"]`, `now["state/x"]` and `now["robot/sim/state/x"]` are the same if no other
-    field ends so. In an environment of many robots, values are arrays of all of them.
-    """
-
-    __slots__ = ("_names", "_ports")
-
-    def __init__(self, names: Names, ports: Mapping[str, Any]):
-        self._names, self._ports = names, ports
-
-    def __getitem__(self, name: str) -> Any:
-        port, path, _ = self._names.find(name)
-        return self._ports[port][path]
-
-    def port(self, key: str) -> Any:
-        """Return a whole port by its key, such as `robot/sim/state`."""
-        return self._ports[key]
+from rems_net.defdict.expression import Moment as Moment
+from rems_net.defdict.expression import Names as Names
+from rems_net.errors import ExperimentError, nearest
 
 
 class Task:

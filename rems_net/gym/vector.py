@@ -218,7 +218,11 @@ class AsColumns:
 
 
 class AsStages:
-    """Many stages, in threads: each thread has a share of them, and opens it."""
+    """Many stages, in threads: each thread has a share of them, and opens it.
+
+    MuJoCo's own `rollout` would give other last bits from the second step on: it does
+    not return the warm starts of its solver.
+    """
 
     def __init__(self, make: Callable[[], Stage], given: Given, count: int):
         self._given = given

@@ -19,6 +19,7 @@ from rems_net.agents.experiment.direct import check_direct
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.folder import locked
+from rems_net.agents.robot import Driver
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError, RemsError, uncoded
 from rems_net.events import warn
@@ -192,6 +193,13 @@ def _check(lab: Experiment, runs: Sequence[Run], some: Sequence[str]) -> list[st
         except ExperimentError as error:
             raise ExperimentError(f"{uncoded(error)} (R1021)") from None
         check_direct(tryout.plans, agents)
+        for key, agent in agents.items():
+            if isinstance(agent, Driver) and agent.one_per_process:
+                raise ExperimentError(
+                    f"{key} has a driver of which a process holds one robot only, and "
+                    "a worker makes one run after the other: give it another driver, "
+                    f"such as --replace {key}=kinematic. (R1029)"
+                )
         tried = [one.name for one in measures(some, agents)]
     return tried
 

@@ -138,20 +138,19 @@ def _stepped(
     here = {key: engine[key] for key in agents if not key.startswith("output/")}
     if not any(one.lasting for one in some):
         engine.run()
-        kept, units = sampled(some, here)
+        kept = sampled(some, here)
     else:
-        kept, units = sampled(some, here)
+        kept = sampled(some, here)
         for values in kept.values():
             values.clear()  # those before the first tick
 
         def keep(_: Solo) -> bool:
-            now, _units = sampled(some, here)
-            for place, (value,) in now.items():
+            for place, (value,) in sampled(some, here).items():
                 kept[place].append(value)
             return False
 
         engine.run(until=keep)
-    return [one.value(kept, units) for one in some]
+    return [one.value(kept) for one in some]
 
 
 def replaced(lab: Experiment, run: Run) -> None:

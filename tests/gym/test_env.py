@@ -19,6 +19,7 @@ from hypothesis import strategies as st  # noqa: E402
 import rems_net.gym  # noqa: E402
 from rems_net import Definition, Experiment, In, Out, Schema  # noqa: E402
 from rems_net.cli import main  # noqa: E402
+from rems_net.drivers.kinematic.kinematic import Kinematic  # noqa: E402
 from rems_net.errors import ExperimentError, FieldValueError, SchemaError  # noqa: E402
 from rems_net.units import array, boolean, choice, integer, length, text  # noqa: E402
 from tests.gym.labs import COMMAND, ROBOTS, SENSORS, STATE, alone, made  # noqa: E402
@@ -203,11 +204,14 @@ MISTAKES = [
     ({"limit": None}, "no episode would end: write ends='x > 1 m' or limit='10 s'"),
     ({"act": "robot/sim/comand"}, "Did you mean 'robot/sim/command'?"),
     ({"observe": "robot/sim/stat"}, "Did you mean 'robot/sim/state'?"),
-    ({"ends": "x > 1 s"}, "joins values of different kinds"),
+    ({"ends": "x > 1 s"}, "in 'x > ...' m and s do not fit"),
+    ({"reward": "x + 1"}, "in 'x + 1' m and a plain number do not fit; write units"),
     ({"ends": "x > 1 furlongs2"}, "is not a unit that unyt knows"),
-    ({"ends": "speed > 1"}, "'speed' is no field of this environment"),
+    ({"ends": "speed > 1"}, "'speed' is no value here; there is sim.state.x"),
     ({"ends": "x > "}, "it is no expression"),
-    ({"reward": "open('a')"}, "cannot be calculated here"),
+    ({"reward": "x if y else 0"}, "cannot be calculated here"),
+    ({"reward": "open('a')"}, "there is no function open() of 1; there is abs, atan2"),
+    ({"reward": "mean(x)"}, "there is no function mean() of 1"),
     ({"start": {"robot/sim.z": "1..2 m"}}, "has no number 'z' in its start"),
     ({"start": {"robot/sim.x": "2..1 m"}}, "expected the lower end first"),
     ({"ticks": -1}, "expected a number of ticks"),
@@ -246,6 +250,33 @@ def test_a_device_needs_a_fabric() -> None:
     lab = alone("create2", "create2", options={"port": "ttyRobot"})
     with pytest.raises(ExperimentError, match="make it with fabric=True"):
         made(lab)
+
+
+class Lonely(Kinematic):
+    """A driver of which a process holds one robot only."""
+
+    one_per_process = True
+
+
+def test_a_driver_that_is_alone_in_its_process_needs_a_fabric() -> None:
+    with pytest.raises(ExperimentError, match=r"one robot only.*fabric=True"):
+        made(alone(driver=Lonely))
+
+
+def test_two_worlds_in_one_process() -> None:
+    """Two environments, and two worlds in each: none changes another."""
+    lab = Experiment("lab", dt=0.01)
+    for name in ("sim", "other"):
+        lab.robot(name, "woodbot", "kinematic", world=f"place_{name}")
+    one, other = made(lab), made(lab, observe=STATE)
+    one.reset(seed=1)
+    other.reset(seed=1)
+    for _ in range(5):
+        found, *_ = one.step([3.0, 2.0])
+        other.step([-3.0, -2.0])
+    assert found[0] > 0 > other.now["sim/state/x"]
+    again, *_ = [one.reset(seed=1), *(one.step([3.0, 2.0]) for _ in range(5))][-1]
+    assert again.tolist() == found.tolist()
 
 
 BAD = [

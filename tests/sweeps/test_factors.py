@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rems_net import Experiment, sweep
+from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError
 from rems_net.sweeps.factors import factor, listed, points, quantities
 from rems_net.sweeps.progress import Progress, left
@@ -84,9 +85,12 @@ def test_a_list_of_points(tmp_path: Path) -> None:
         (["--seeds", "0"], "seeds is 0; expected how many, such as 20"),
         (["--seeds", "many"], "--seeds 'many': expected how many"),
         (["--workers", "0"], "workers is 0; expected a number of processes"),
-        (["--measure", "x + 1 s"], "cannot be measured: m and s do not fit."),
-        (["--measure", "__import__('os')"], "there is no function '__import__'"),
-        (["--measure", "x.__class__"], "there is no value 'x.__class__'"),
+        (
+            ["--measure", "x + 1 s"],
+            "cannot be measured: in 'x + ...' m and s do not fit",
+        ),
+        (["--measure", "__import__('os')"], "there is no function __import__() of 1"),
+        (["--measure", "x.__class__"], "'x.__class__' is no value here; there is"),
         (["--on", "mars"], "--on 'mars': expected dask=ADDRESS or ray=ADDRESS"),
         (["--list", "none.csv"], "there is no file none.csv in"),
     ],
@@ -102,10 +106,20 @@ def test_what_is_refused(tmp_path: Path, words: list[str], sentence: str) -> Non
     assert not (tmp_path / "runs").exists()
 
 
+class Lonely(Kinematic):
+    """A driver of which a process holds one robot only."""
+
+    one_per_process = True
+
+
 def test_hardware_and_an_experiment_without_an_end(tmp_path: Path) -> None:
     made = lab(tmp_path)
     made.duration = None
     with pytest.raises(ExperimentError, match="has no duration"):
+        sweep(made, out=tmp_path / "s")
+    made.duration = 1.0
+    made.robot("other", "swept.py:Cart", Lonely)
+    with pytest.raises(ExperimentError, match="such as --replace robot/other=kin"):
         sweep(made, out=tmp_path / "s")
     real = Experiment("real", duration="1 s")
     real.robot("bot", "create2", "create2", options={"port": "none"})

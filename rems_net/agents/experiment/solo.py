@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from functools import cache
 from math import inf
 from threading import get_ident
@@ -103,8 +102,11 @@ class Solo:
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
         try:
-            with self._blamed(engine), naming_overdue():
-                engine.open()
+            try:
+                with naming_overdue():
+                    engine.open()
+            except (Exception, SystemExit) as error:
+                raise self._blamed(engine, error) from error
         except BaseException as error:
             self.__exit__(type(error), error)
             raise
@@ -151,12 +153,14 @@ class Solo:
                 f"tick {self.n + 1} was begun and not done to its end; reset() begins "
                 "again, and an agent does not step its own engine. (R0434)"
             )
-        with self._blamed(engine):
+        try:
             if engine.stepped():
                 self._ticks(engine, count)
             else:
                 with naming_overdue(engine.stepped):
                     self._ticks(engine, count)
+        except (Exception, SystemExit) as error:
+            raise self._blamed(engine, error) from error
 
     def _ticks(self, engine: Engine, count: int) -> None:
         dt = self.dt
@@ -257,15 +261,10 @@ class Solo:
             )
         return self._engine
 
-    @contextmanager
-    def _blamed(self, engine: Engine) -> Iterator[None]:
-        """Turn an exception in an agent's code into an AgentError naming the agent."""
-        try:
-            yield
-        except (Exception, SystemExit) as error:
-            n, acting = self.n + 1 if self._within else 0, engine.acting
-            told = failure(acting or "the experiment", error, n, engine.agents)
-            raise AgentError(*told) from error
+    def _blamed(self, engine: Engine, error: BaseException) -> AgentError:
+        """Return the AgentError of an exception in an agent's code."""
+        n, acting = self.n + 1 if self._within else 0, engine.acting
+        return AgentError(*failure(acting or "the experiment", error, n, engine.agents))
 
 
 @cache

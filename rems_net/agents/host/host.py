@@ -296,7 +296,9 @@ class Host:
         self._epoch = roster.epoch
         self._others.packed = roster.schemas
         self.engine.connect(roster.agents, self._others)
-        self._outlets.connect(roster, self.name)
+        read = roster.read_outside(self.name)
+        self._outlets.connect(roster, read)
+        self.engine.visits.read = {port.rpartition("/")[0] for port in read}
 
     def _serve_calls(self) -> None:
         """Do the calls that came since the last tick; an error goes to the caller."""

@@ -1,7 +1,7 @@
 """Outlet: publisher of one of an agent's Outs."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Container, Mapping
 from functools import partial
 
 from rems_net.agents.agent import PHASES, Agent
@@ -212,13 +212,14 @@ def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | Non
     """Return the last value of every tick of a host with one agent, if there is one.
 
     This value also means `done`, which saves a message per tick; it is moved to the
-    end. An output in the same host would not be done yet: the run could end before its
+    end. It is a state if there is one, which most programs want. An output in the same
+    host would not be done yet: the run could end before its
     row.
     """
     steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
     if len(agents) != 1 or not steady:
         return None
-    closing = steady[-1]
+    closing = next((o for o in steady if o.port == "state"), steady[-1])
     outlets.append(outlets.pop(outlets.index(closing)))
     closing.closing = True
     return closing
@@ -245,10 +246,9 @@ class Outlets:
         for crowd in self.crowds:
             crowd.publisher.look()
 
-    def connect(self, roster: Roster, host: str) -> None:
-        """Publish for the members of this roster."""
+    def connect(self, roster: Roster, read_outside: Container[str]) -> None:
+        """Publish for the members of this roster. read_outside: ports they wait for."""
         self._kinds = {kind: [] for kind in PHASES}
-        read_outside = roster.read_outside(host)
         for outlet in self.all:
             if outlet.agent.key in roster.agents:
                 self._kinds[outlet.agent.kind].append(outlet)

@@ -99,6 +99,7 @@ class _Engine:
         ]
         # Views of MuJoCo's own arrays: looking them up takes longer than using them.
         self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)
+        self._qvel, self._ctrl = self._data.qvel, self._data.ctrl
         self._bodies = np.array([one.body for one in self.instances])
         motors = [np.r_[one.motors] for one in self.instances]
         self._motors = np.concatenate(motors).astype(int)
@@ -108,10 +109,11 @@ class _Engine:
         self._seen[UNSEEN] = 0
         self._free = np.flatnonzero([one.free for one in self.instances])
         first = [self.instances[n].dofs.start for n in self._free]
-        self._turning = np.array(first, int)[:, None] + (3, 4, 5)
+        self._turning = np.array(first, int)[:, None, None] + [[3], [4], [5]]
+        self._hit = np.zeros(1, np.int32)
 
     def command(self, targets: Sequence[Sequence[float]]) -> None:
-        self._data.ctrl[self._motors] = [*chain.from_iterable(targets)]
+        self._ctrl[self._motors] = [*chain.from_iterable(targets)]
 
     def advance(self, h: float, count: int) -> None:
         self._model.opt.timestep = h
@@ -140,8 +142,10 @@ class _Engine:
 
     def spins(self, rotations: Array) -> Array:
         # MuJoCo has a free joint's angular velocity in the body's own frame.
-        spins = np.zeros((len(self._bodies), 3, 1))
-        spins[self._free, :, 0] = self._data.qvel.take(self._turning)
+        spins = self._qvel.take(self._turning)
+        if len(spins) < len(self._bodies):  # some are bolted down
+            moving, spins = spins, np.zeros((len(self._bodies), 3, 1))
+            spins[self._free] = moving
         turned: Array = np.matmul(rotations, spins)[:, :, 0]
         return turned
 
@@ -152,7 +156,7 @@ class _Engine:
         ways: Array,
         reaches: Sequence[float],
     ) -> list[float]:
-        hit, found = np.zeros(1, np.int32), []
+        hit, found = self._hit, []
         for n, start, way, reach in zip(bodies, starts, ways, reaches, strict=True):
             base, own = self._own[n]
             ray = self._model, self._data, start, way, self._seen, 1, base, hit
@@ -207,6 +211,7 @@ class _Engine:
         self.instances.clear()
         self._painter.close()
         del self._data, self._model, self._painter, self._xpos, self._xmat
+        del self._qvel, self._ctrl
 
 
 class _Instance:

@@ -37,8 +37,9 @@ class PhysicsWorld:
         self._build, self.members, self.scene = build, members, scene
         self._feeling = [member for member in members if member.feels]
         self._serving = [n for n, member in enumerate(members) if member.servos]
-        #: the longest step of the engine, s
+        #: the longest step of the engine, s, and the most steps between two looks
         self._step = step
+        self._most = min(member.look_every for member in members)
         self._uneven = bool(scene.mjcf) or any(thing.pitch for thing in scene.things)
         self._engine: Engine | None = None
         self._starts: list[tuple[float, ...]] = []
@@ -110,9 +111,8 @@ class PhysicsWorld:
 
     def _blocks(self, count: int) -> Iterator[int]:
         """Yield numbers of steps between two updates of servos and headings."""
-        most = min(member.look_every for member in self.members)
-        for done in range(0, count, most):
-            yield min(most, count - done)
+        for done in range(0, count, self._most):
+            yield min(self._most, count - done)
 
     def reset(self, robots: Sequence[Robot]) -> None:
         """Put robots back to their start; with all of them, everything else, too.
