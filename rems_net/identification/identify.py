@@ -25,6 +25,8 @@ from rems_net.identification.suggest import suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02
+#: Ratio. If errors grow by it without a parameter, it is not left out later, either.
+NEEDED = 1.5
 #: Number of blocks; each is predicted from the others.
 BLOCKS = 3
 #: Errors as small as this, in the field's unit, are rounding errors.
@@ -257,9 +259,12 @@ class _Search:
         """
         kept = list(names)
         errors = self._unseen(kept)
-        while kept:
-            tried = {n: self._unseen([o for o in kept if o != n]) for n in kept}
-            out = min(kept, key=lambda name: self._size(tried[name]))
+        needed: set[str] = set()
+        while loose := [name for name in kept if name not in needed]:
+            tried = {n: self._unseen([o for o in kept if o != n]) for n in loose}
+            sizes = {name: self._size(one) for name, one in tried.items()}
+            needed |= {n for n in loose if sizes[n] > NEEDED * self._size(errors)}
+            out = min(loose, key=lambda name: sizes[name])
             if self._size(errors) < (1 - GAIN) * self._size(tried[out]):
                 break
             kept.remove(out)
@@ -306,9 +311,9 @@ class _Search:
     ) -> Fit:
         """Return the fit of these parameters; each is made once.
 
-        sure: with intervals
+        sure: whether it is a result, and not a step to one
         """
-        key = self.predictor.euler, tuple(names), *map(id, drives)
+        key = sure, self.predictor.euler, tuple(names), *map(id, drives)
         if key not in self._fits:
             begin = {n: self.now[n] or BEGIN.get(n, 0.0) for n in names}
             begin |= {n: self.near[n] for n in names if n in self.near}
