@@ -22,8 +22,6 @@ from rems_net.identification.prediction import Predictor, Segments, cut
 SEGMENT = 2.0
 #: Number of steps of the search.
 STEPS = 40
-#: Share of a parameter by which it is changed to see its effect.
-NUDGE = 1e-5
 #: A segment whose error is so many times the median is left out: a jolt, or a wall.
 JOLT = 5.0
 #: Share of the error that a step of the search must take away: while weights still
@@ -157,7 +155,8 @@ class Problem:
         starts = np.repeat(self.starts[:, None], 1 + m + p, axis=1)
         nudged = np.repeat(theta[None], 1 + m + p, axis=0)
         by = 1e-4 * self._scales
-        side = np.where(theta + NUDGE * scale > self.high, -NUDGE, NUDGE)
+        nudge = self.predictor.nudge
+        side = np.where(theta + nudge * scale > self.high, -nudge, nudge)
         for i in range(m):
             starts[i, 1 + i] += by[i]
         for i in range(p):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +119,11 @@ class Predictor:
     euler: whether each row is one step by Euler's rule, as of a recorded model.
     Otherwise a row is as many steps of the definition's integrator as are fine.
     """
+
+    #: share of a parameter by which it is changed to see its effect
+    nudge: ClassVar[float] = 1e-5
+    #: whether it can make one step of Euler's rule a row
+    steps: ClassVar[bool] = True
 
     def __init__(
         self,
