@@ -14,6 +14,7 @@ examples:
   rems identify runs/monday --robot real --out real.identified.toml
   rems identify runs/demo --robot mujoco --fit track,max_wheel_speed
   rems identify runs/demo --robot mujoco --suggest next.csv
+  rems identify runs/demo --robot mujoco --driver mujoco --fit mass,wheel_torque
   rems identify lab.csv --like woodbot-class --definition woodbot \\
       --set track="100 mm" --set max_wheel_speed="6.8 rad/s"
 """
@@ -51,6 +52,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         "of the run is predicted from the rest)",
     )
     parser.add_argument(
+        "--driver",
+        metavar="DRIVER",
+        default="",
+        help="predict with this simulator, such as mujoco: it is slow, and knows mass "
+        "and friction; with --fit",
+    )
+    parser.add_argument(
         "--out",
         metavar="FILE",
         type=Path,
@@ -70,18 +78,21 @@ def run(args: argparse.Namespace) -> int:
     from rems_net.identification.recorded import identify
     from rems_net.recordings.recording import read
 
-    found = identify(
-        recording_of(args),
-        args.robot,
-        definition=args.definition,
-        parameters=dict(map(_setting, args.sets)),
-        fit=[name for name in args.fit.replace(" ", "").split(",") if name],
-        check=read(args.check, like=args.like) if args.check else None,
-        suggest=args.suggest is not None,
-    )
+    out = console(args)
+    with out.status("identify") as status:  # shown on a terminal only
+        found = identify(
+            recording_of(args),
+            args.robot,
+            definition=args.definition,
+            parameters=dict(map(_setting, args.sets)),
+            fit=[name for name in args.fit.replace(" ", "").split(",") if name],
+            check=read(args.check, like=args.like) if args.check else None,
+            suggest=args.suggest is not None,
+            driver=args.driver,
+            progress=status.update,
+        )
     if found.suggestions:
         args.suggest.write_text(found.suggestions[0].table(), encoding="utf-8")
-    out = console(args)
     for line in found.lines():
         out.print(line, soft_wrap=True)
     if args.out:

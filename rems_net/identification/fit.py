@@ -22,13 +22,13 @@ from rems_net.identification.prediction import Predictor, Segments, cut
 SEGMENT = 2.0
 #: Number of steps of the search.
 STEPS = 40
-#: Share of a parameter by which it is changed to see its effect.
-NUDGE = 1e-5
 #: A segment whose error is so many times the median is left out: a jolt, or a wall.
 JOLT = 5.0
 #: Share of the error that a step of the search must take away: while weights still
 #: change, and at the end.
 ROUGH, FINAL = 1e-2, 1e-6
+#: The same at the end if only a prediction counts.
+NEAR = 1e-3
 #: Share of the predicted way. A robot that goes less far stood.
 STOOD = 0.2
 #: Spread of a field that does not move, as a share of the largest one.
@@ -79,18 +79,22 @@ def fit(
     """Fit the parameters in `begin` to these drives.
 
     begin: values to begin with      ranges: least and most of each, inclusive
-    sure: whether to find intervals, which takes a third of the time
+    sure: whether it is a result. If not, only the values are found, from others that
+    are near: that takes a third of the time
     """
     segments = cut(drives, SEGMENT)
     problem = Problem(predictor, segments, {name: ranges[name] for name in begin})
     theta = np.array([*begin.values()], float)
     scale = problem.scales(theta)
     keep = np.ones(len(segments))
-    for last in (False, False, True):  # weights from the errors of the pass before
+    # Weights come from the errors of the pass before.
+    for last in (False, False, True) if sure else (True,):
         theta = problem.solve(theta, scale, keep, ROUGH)
-        keep = problem.weigh(theta, hard=last)
-    theta = problem.solve(theta, scale, keep, FINAL)
-    return problem.report(theta, scale, keep > 0, sure=sure)
+        keep = problem.weigh(hard=last)
+    theta = problem.solve(theta, scale, keep, FINAL if sure else NEAR)
+    if not sure:
+        return Fit(dict(zip(problem.names, theta.tolist(), strict=True)))
+    return problem.report(theta, scale, keep > 0)
 
 
 class Problem:
@@ -115,6 +119,13 @@ class Problem:
         spread = self.read.std(axis=2).mean(axis=1) + 1e-9
         self.sigma *= np.maximum(spread, STILL * spread.max())
         self._scales = self.sigma.copy()
+        #: where the last search has ended: parameters, weights, and slopes there
+        self._end: tuple[Floats, Floats, tuple[Floats, Floats, Floats]] | None = None
+
+    def believe(self, error: Mapping[str, float]) -> None:
+        """Weigh fields by these errors, each in its field's unit."""
+        found = np.array([error[path] for path in self.fields])
+        self.sigma = np.maximum(found, EXACT * self._scales)
 
     def scales(self, theta: Floats) -> Floats:
         """Return the size of each parameter."""
@@ -132,7 +143,7 @@ class Problem:
         off: Floats = found - self.read[:, None]
         return off
 
-    def _shape(self, off: Floats) -> Floats:
+    def shape(self, off: Floats) -> Floats:
         """Return weighted errors (K, S, R)."""
         off = off * self.segments.weight / self.sigma[:, None, None, None]
         rows: Floats = off.transpose(1, 2, 3, 0).reshape(*off.shape[1:3], -1)
@@ -144,16 +155,25 @@ class Problem:
         starts = np.repeat(self.starts[:, None], 1 + m + p, axis=1)
         nudged = np.repeat(theta[None], 1 + m + p, axis=0)
         by = 1e-4 * self._scales
-        side = np.where(theta + NUDGE * scale > self.high, -NUDGE, NUDGE)
+        nudge = self.predictor.nudge
+        side = np.where(theta + nudge * scale > self.high, -nudge, nudge)
         for i in range(m):
             starts[i, 1 + i] += by[i]
         for i in range(p):
             nudged[1 + m + i, i] += side[i] * scale[i]
-        rows = self._shape(self._off(nudged, starts))
+        rows = self.shape(self._off(nudged, starts))
         r = rows[0]
         of_start = ((rows[1 : 1 + m] - r) / by[:, None, None]).transpose(1, 2, 0)
         of_theta = ((rows[1 + m :] - r) / side[:, None, None]).transpose(1, 2, 0)
         return r, of_theta, of_start
+
+    def _slopes(self, theta: Floats, scale: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return slopes; where the last search has ended, they are known."""
+        if self._end is None or self._end[0] is not theta:
+            return self.slopes(theta, scale)
+        _, sigma, (r, of_theta, of_start) = self._end
+        ratio = np.tile(sigma / self.sigma, self.read.shape[2])
+        return r * ratio, of_theta * ratio[:, None], of_start * ratio[:, None]
 
     def here(self, theta: Floats) -> Floats:
         """Return the errors (m, S, L + 1) of the predictions with these parameters."""
@@ -171,7 +191,7 @@ class Problem:
         least: gain of a step, as a share of the error, below which the search ends.
         """
         damping = 1e-6
-        r, of_theta, of_start = self.slopes(theta, scale)
+        r, of_theta, of_start = self._slopes(theta, scale)
         cost = float((keep @ r**2).sum())
         for _ in range(STEPS):
             q, upper = np.linalg.qr(of_start)
@@ -207,17 +227,21 @@ class Problem:
             damping = max(damping / 10, 1e-12)
             if gained <= least * cost + 1e-15:
                 break
-        self._slopes = r, of_theta, of_start
+        self._end = theta, self.sigma.copy(), (r, of_theta, of_start)
         return theta
 
-    def weigh(self, theta: Floats, *, hard: bool) -> Floats:
+    def weigh(self, *, hard: bool) -> Floats:
         """Return the weight of each segment (S,), and weigh fields by their errors.
+
+        The errors are those where the last search has ended.
 
         A segment with a large error counts less, so that a jolt does not pull the
         parameters towards it; hard: it does not count at all.
         """
         count = self.segments.weight.sum(axis=1)
-        off = self.here(theta) * self.segments.weight
+        assert self._end is not None
+        _, sigma, (r, *_) = self._end
+        off = (r.reshape(*self.segments.weight.shape, -1) * sigma).transpose(2, 0, 1)
         each = (off**2).sum(axis=2) / count  # (m, S)
         floor = EXACT * self._scales
         usual = np.maximum(np.median(each, axis=1), floor**2)
@@ -235,9 +259,9 @@ class Problem:
         weight: Floats = kept.astype(float) if hard else 1 / (1 + (share / 2) ** 2)
         return weight
 
-    def report(self, theta: Floats, scale: Floats, keep: Any, *, sure: bool) -> Fit:
+    def report(self, theta: Floats, scale: Floats, keep: Any) -> Fit:
         """Return the fit with intervals."""
-        r, of_theta, of_start = self.slopes(theta, scale)
+        r, of_theta, of_start = self._slopes(theta, scale)
         q, _ = np.linalg.qr(of_start)
         free = (of_theta - q @ (q.transpose(0, 2, 1) @ of_theta))[keep]
         rest = (r - (q @ (q.transpose(0, 2, 1) @ r[..., None]))[..., 0])[keep]
@@ -254,7 +278,7 @@ class Problem:
         found.out = [self._rows(i) for i in np.flatnonzero(~keep).tolist()]
         found.stood = self.segments.begin[stood].tolist()
         found.begin, found.late = self.segments.begin[keep].tolist(), late.tolist()
-        if sure and len(theta):
+        if len(theta):
             self._intervals(found, free, rest, scale)
         return found
 
@@ -281,7 +305,7 @@ class Problem:
         """
         step = self.segments.steps.max()
         moves = np.gradient(self.read + off, axis=2) / step
-        shifts, r = self._shape(moves[:, None])[0], self._shape(off[:, None])[0]
+        shifts, r = self.shape(moves[:, None])[0], self.shape(off[:, None])[0]
         shifts -= (q @ (q.transpose(0, 2, 1) @ shifts[..., None]))[..., 0]
         size = (shifts**2).sum(axis=1)
         late: Floats = (shifts * r).sum(axis=1) / (size + 1e-300)

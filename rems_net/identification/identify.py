@@ -6,7 +6,7 @@ with it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -18,13 +18,16 @@ from rems_net.errors import ExperimentError, nearest, some
 from rems_net.identification.drive import Drive, without
 from rems_net.identification.faults import check_clocks, check_motion, describe_jolts
 from rems_net.identification.fit import SEGMENT, Fit, fit
-from rems_net.identification.prediction import Predictor, cut, made, whole
+from rems_net.identification.prediction import Predictor, cut, whole
 from rems_net.identification.result import Identified, Parameter
+from rems_net.identification.simulated import Simulated
 from rems_net.identification.suggest import Suggestion
 from rems_net.identification.suggest import suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02
+#: Ratio. If errors grow by it without a parameter, it is not left out later, either.
+NEEDED = 1.5
 #: Number of blocks; each is predicted from the others.
 BLOCKS = 3
 #: Errors as small as this, in the field's unit, are rounding errors.
@@ -50,16 +53,29 @@ def identify(
     names: Sequence[str] = (),
     check: Sequence[Drive] = (),
     suggest: bool = False,
+    driver: str = "",
+    progress: Callable[[str], None] | None = None,
 ) -> Identified:
     """Fit the definition's parameters to drives, and test them on what was not used.
 
     parameters: as they were in the recordings      names: which to try; all that have
     an effect, if empty      check: drives that are only predicted; without them, each
-    half of a drive is predicted from the others      suggest: which drives would show
-    more. Raises ExperimentError if nothing moves, a parameter does not exist, a sign is
-    turned round, or clocks drift.
+    third of a drive is predicted from the others      suggest: which drives would show
+    more      driver: that predicts by simulation, such as mujoco      progress: gets a
+    line now and then. Raises ExperimentError if nothing moves, a parameter does not
+    exist, a sign is turned round, or clocks drift.
     """
-    search = _Search(drives, definition, parameters or {}, check)
+    if driver and (suggest or not names):
+        what = "leave out --suggest" if suggest else "name some: --fit mass,track"
+        raise ExperimentError(
+            f"simulations by {driver} are too slow to try all parameters, or 20 "
+            f"drives; {what}. (R0883)"
+        )
+    base = dict(parameters or {})
+    predictor = Predictor(definition, base)
+    if driver:
+        predictor = Simulated(definition, base, driver)
+    search = _Search(drives, predictor, check, progress or (lambda line: None))
     found = search.result(names)
     if suggest:
         found.suggestions = search.suggestions(found)
@@ -70,13 +86,13 @@ class _Search:
     def __init__(
         self,
         drives: Sequence[Drive],
-        definition: type[Definition],
-        parameters: Mapping[str, Any],
+        predictor: Predictor,
         check: Sequence[Drive],
+        progress: Callable[[str], None],
     ):
         self.given = self.drives = list(drives)
-        self.check = list(check)
-        self.robot = robot = made(definition, parameters)
+        self.check, self.progress = list(check), progress
+        self.predictor, robot = predictor, predictor.plain
         self.notes: list[str] = []
         #: values to begin a search with: those of a fit of all parameters
         self.near: dict[str, float] = {}
@@ -92,7 +108,6 @@ class _Search:
             name: (float(one.limits[0]), float(one.limits[1]))
             for name, one in self.numbers.items()
         }
-        self.predictor = Predictor(definition, parameters)
         check_motion(self.predictor, self.drives)
 
     def result(self, names: Sequence[str]) -> Identified:
@@ -157,6 +172,7 @@ class _Search:
             one.name: one.value or BEGIN.get(one.name, 0.0) for one in found.parameters
         }
         ranges, error = self.ranges, found.error
+        self.progress("short drives are predicted")
         return suggest_drives(self.predictor, self.drives, values, ranges, error)
 
     # -- what the recordings show --------------------------------------------------
@@ -190,6 +206,8 @@ class _Search:
 
     def _find_model(self, names: Sequence[str]) -> None:
         """Find out whether a model was recorded that makes one step of Euler a row."""
+        if not self.predictor.steps:
+            return
         instant = [name for name in names if GROUP not in name]
         for part in (instant, names):
             self.predictor.euler = False
@@ -257,9 +275,12 @@ class _Search:
         """
         kept = list(names)
         errors = self._unseen(kept)
-        while kept:
-            tried = {n: self._unseen([o for o in kept if o != n]) for n in kept}
-            out = min(kept, key=lambda name: self._size(tried[name]))
+        needed: set[str] = set()
+        while loose := [name for name in kept if name not in needed]:
+            tried = {n: self._unseen([o for o in kept if o != n]) for n in loose}
+            sizes = {name: self._size(one) for name, one in tried.items()}
+            needed |= {n for n in loose if sizes[n] > NEEDED * self._size(errors)}
+            out = min(loose, key=lambda name: sizes[name])
             if self._size(errors) < (1 - GAIN) * self._size(tried[out]):
                 break
             kept.remove(out)
@@ -306,12 +327,13 @@ class _Search:
     ) -> Fit:
         """Return the fit of these parameters; each is made once.
 
-        sure: with intervals
+        sure: whether it is a result, and not a step to one
         """
-        key = self.predictor.euler, tuple(names), *map(id, drives)
+        key = sure, self.predictor.euler, tuple(names), *map(id, drives)
         if key not in self._fits:
             begin = {n: self.now[n] or BEGIN.get(n, 0.0) for n in names}
             begin |= {n: self.near[n] for n in names if n in self.near}
+            self.progress(f"fit {len(self._fits) + 1}: {', '.join(names)}")
             found = fit(self.predictor, drives, begin, self.ranges, sure=sure)
             self._fits[key] = found
         return self._fits[key]

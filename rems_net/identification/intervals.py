@@ -19,10 +19,13 @@ def sandwich(free: Floats, rest: Floats, inverse: Floats) -> tuple[Floats, Float
     Few blocks fit themselves too well, and each by its own weight: their errors are
     enlarged, and the freedom is reduced, as Bell and McCaffrey (2002) do.
     """
-    hats = free @ inverse @ free.transpose(0, 2, 1)
-    sizes, ways = np.linalg.eigh(np.eye(hats.shape[1]) - hats)
-    roots = 1.0 / np.sqrt(np.maximum(sizes, LONE))
-    reaches = (ways * roots[:, None]) @ ways.transpose(0, 2, 1) @ free @ inverse
+    # Of the hat matrices (S, R, R), only p directions are not 0.
+    sizes, ways = np.linalg.eigh(inverse)
+    half = free @ (ways * np.sqrt(np.maximum(sizes, 0.0)))
+    ways, sizes, _ = np.linalg.svd(half, full_matrices=False)
+    more = 1.0 / np.sqrt(np.maximum(1.0 - sizes**2, LONE)) - 1.0
+    pull = free @ inverse
+    reaches = pull + (ways * more[:, None]) @ (ways.transpose(0, 2, 1) @ pull)
     spread = (np.einsum("srp,sr->sp", reaches, rest) ** 2).sum(axis=0)
     pulls = np.einsum("srp,srq->qsp", free, reaches)  # (parameter, S, p)
     own = np.einsum("srq,srq->qs", reaches, reaches)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from rems_net.identification.motors import acting
 FINE = 0.1
 #: Rows. A rest at the end of a drive that is not longer is left out.
 FEW = 4
+#: Share of a command by which a slip is tried.
+SLIP = 1e-3
 #: Share of a state by which arrays of parameters may differ from one by one: rounding.
 SAME = 1e-9
 
@@ -118,6 +120,11 @@ class Predictor:
     Otherwise a row is as many steps of the definition's integrator as are fine.
     """
 
+    #: share of a parameter by which it is changed to see its effect
+    nudge: ClassVar[float] = 1e-5
+    #: whether it can make one step of Euler's rule a row
+    steps: ClassVar[bool] = True
+
     def __init__(
         self,
         definition: type[Definition],
@@ -167,6 +174,23 @@ class Predictor:
             return self._predict(segments, starts, values)
         return self._each(segments, starts, values)
 
+    def shaken(
+        self, segments: Segments, starts: Floats, values: Mapping[str, float]
+    ) -> Floats:
+        """Return the effects (fields, F L, S, L + 1) of slips: a command, in one row.
+
+        Each is the change of the states for a slip of 1 of one of F commands in one of
+        L rows, linearly.      starts: (fields, S)      values: parameters
+        """
+        count = segments.steps.shape[1]
+        asked = list(segments.drives[0].command)
+        rows = 1 + SLIP * np.eye(len(asked) * count + 1, len(asked) * count)
+        slips = dict(zip(asked, np.split(rows, len(asked), axis=1), strict=True))
+        wide = np.repeat(starts[:, None], len(rows), axis=1)
+        found = self._predict(segments, wide, values, slips)
+        effects: Floats = (found[:, :-1] - found[:, -1:]) / SLIP
+        return effects
+
     def _each(
         self, segments: Segments, starts: Floats, values: Mapping[str, Floats]
     ) -> Floats:
@@ -182,7 +206,11 @@ class Predictor:
         return np.concatenate(found, axis=1)
 
     def _predict(
-        self, segments: Segments, starts: Floats, values: Mapping[str, Any]
+        self,
+        segments: Segments,
+        starts: Floats,
+        values: Mapping[str, Any],
+        slips: Mapping[str, Floats] | None = None,
     ) -> Floats:
         if any(np.ndim(value) for value in values.values()):
             robot = self._arrays(values)
@@ -191,6 +219,8 @@ class Predictor:
                 made(self.definition, {**self.base, **values}) if values else self.plain
             )
         commands = self._commands(segments, robot, values)
+        for path, share in (slips or {}).items():
+            commands[path] = commands[path] * share[:, None]
         none = np.zeros(starts.shape[1:])
         state = Columns(dict.fromkeys(robot.state.schema.paths, none))
         state |= dict(zip(segments.read, starts, strict=True))

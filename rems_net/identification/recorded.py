@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,8 @@ def identify(
     fit: Sequence[str] = (),
     check: Recording | None = None,
     suggest: bool = False,
+    driver: str = "",
+    progress: Callable[[str], None] | None = None,
 ) -> Identified:
     """Find parameters of a robot from how it drove; `print(...)` shows a report.
 
@@ -43,7 +45,9 @@ def identify(
     fit: names of the parameters; all that have an effect, if empty.
     check: another recording, which is only predicted; without it, each third is
     predicted from the others.
-    suggest: which of 20 short drives would show most. Raises ExperimentError.
+    suggest: which of 20 short drives would show most.
+    driver: that predicts by simulation, such as mujoco; it is slow, and knows masses
+    and friction. progress: gets a line now and then. Raises ExperimentError.
 
     found = rems_net.identify(rems_net.read("runs/demo"), "mujoco")
     """
@@ -53,7 +57,14 @@ def identify(
     drive = _drive(recording, name, cls, stated)
     checks = [] if check is None else [_drive(check, name, cls, stated)]
     found = search(
-        [drive], cls, parameters=stated, names=fit, check=checks, suggest=suggest
+        [drive],
+        cls,
+        parameters=stated,
+        names=fit,
+        check=checks,
+        suggest=suggest,
+        driver=driver,
+        progress=progress,
     )
     best = made(cls, {**stated, **found.adopted()})
     found.noise = noise_of(recording[drive.name], best)

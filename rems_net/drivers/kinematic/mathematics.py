@@ -10,6 +10,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from rems_net.agents.diagnosis import check_call, where, written
 from rems_net.agents.robot import Robot
 from rems_net.defdict import DefDict, parse_quantity, shown
@@ -19,6 +21,9 @@ from rems_net.drivers.kinematic.units import (
     unclear_by_state,
 )
 from rems_net.errors import SchemaError
+
+#: types of results that are taken as they are, in SI units
+PLAIN = (float, np.ndarray)
 
 
 class Mathematics:
@@ -50,7 +55,7 @@ class Mathematics:
         if type(given) is not dict or self.unclear:
             return self._checked(given)
         for value in given.values():
-            if type(value) is not float:
+            if type(value) not in PLAIN:
                 return self._checked(given)
         return given
 
