@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from rems_net.agents.about.mistakes import odd_glob, refusal
@@ -13,7 +13,7 @@ from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, lock
-from rems_net.engine.source import Conversion, Gone, Local, Source, Value
+from rems_net.engine.source import Conversion, Gone, Group, Local, Source, Value
 from rems_net.errors import RemsError
 from rems_net.events import warn
 
@@ -27,6 +27,10 @@ class Network(Protocol):
 
     def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
         """Return the source of a port that no agent here writes in lock-step."""
+        ...
+
+    def together(self, sources: Sequence[Source]) -> Sequence[Group]:
+        """Return groups of those that may come in one message each."""
         ...
 
 
@@ -153,10 +157,10 @@ class Inlet:
         """
         if self.schema is None:
             self._own[self.port] = {**self._own[self.port]}
-        self._take(tick)
+        self._take(self.sources, tick)
 
-    def _take(self, tick: Tick) -> None:
-        for source in self.sources:
+    def _take(self, sources: Sequence[Source], tick: Tick) -> None:
+        for source in sources:
             try:
                 came = source.take(tick)
             except RemsError as error:

@@ -6,7 +6,7 @@ cost little beside what the crowd does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 
 from rems_net.agents.about.payloads import MANY, Later, Waiting
@@ -16,7 +16,7 @@ from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLS
 from rems_net.defdict import Rows, Schema, cdr, row_codec
 from rems_net.engine.inlet import Inlet, Network
-from rems_net.engine.source import Conversion, Local, Value
+from rems_net.engine.source import Conversion, Group, Local, Source, Value
 
 
 class Block:
@@ -51,6 +51,7 @@ class MessageInlet(Inlet):
     """One In whose value is `Messages`: only of ports that have written since."""
 
     _blocks: tuple[Block, ...] = ()
+    _groups: Sequence[Group] = ()
 
     @cached_property
     def _waiting(self) -> dict[str, Waiting]:
@@ -67,6 +68,7 @@ class MessageInlet(Inlet):
         """Find the sources among all agents of the run, anew."""
         messages = self.messages
         self.sources += [one for block in self._blocks for one in block.parted()]
+        self.sources += [one for group in self._groups for one in group.sources]
         super().connect(entries, network)
         alike: dict[object, list[Local]] = {}
         for source in self.sources:
@@ -79,7 +81,10 @@ class MessageInlet(Inlet):
         messages.agents = {e.key: e.badge for e in known if e is not None}
         calls = [k for k, s in messages.schemas.items() if s.digest == CALLS.digest]
         messages.callers = sorted(calls)
-        self.sources = [s for s in self.sources if not isinstance(s, Local)]
+        others = [s for s in self.sources if not isinstance(s, Local)]
+        self._groups = network.together(others) if network is not None else ()
+        grouped = {id(one) for group in self._groups for one in group.sources}
+        self.sources: list[Source] = [s for s in others if id(s) not in grouped]
 
     def _conversion(self, key: str, theirs: Schema) -> Conversion:
         self.messages.schemas[key] = theirs
@@ -90,7 +95,13 @@ class MessageInlet(Inlet):
         """Add a message of each port that was written."""
         for block in self._blocks:
             block.take(tick, self.messages)
-        self._take(tick)
+        for group in self._groups:
+            payloads = group.take(tick)
+            if payloads is None:
+                self._take(group.sources, tick)
+            elif payloads:
+                self._waiting[group.digest].add(group.keys, payloads)
+        self._take(self.sources, tick)
         drop = partial(self._drop, tick=tick)
         for waiting in self._waiting.values():
             waiting.take(self.messages, drop)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 from rems_net.agents.ports import Messages
@@ -39,6 +39,11 @@ class Waiting:
         self._codec, self._rows = cdr(schema), row_codec(schema)
         self.keys: list[str] = []
         self.payloads: list[bytes] = []
+
+    def add(self, keys: Iterable[str], payloads: Iterable[bytes]) -> None:
+        """Put payloads of these keys aside."""
+        self.keys += keys
+        self.payloads += payloads
 
     def take(self, messages: Messages, drop: Callable[[str, RemsError], None]) -> None:
         """Add their messages. drop: called with a key whose payload does not fit."""

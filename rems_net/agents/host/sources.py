@@ -1,10 +1,14 @@
 """Sources of a host: values that come over the network, and its own free agents'."""
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
 
-from rems_net.agents.about.wiring import Entry, Written
+from collections.abc import Callable, Mapping, Sequence
+
+from rems_net.agents.about.payloads import MANY
+from rems_net.agents.about.wiring import Entry, Written, names_all
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.crowds import CrowdValues
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
@@ -14,7 +18,7 @@ from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.visits import Visits
 from rems_net.errors import RemsError
-from rems_net.router.keys import STEP
+from rems_net.router.keys import ALL, STEP, crowd_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack_stamp
 from rems_net.router.session import Session
@@ -40,6 +44,8 @@ def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
     written = [kind, name, *(port or "*")]
     if inlet.run.in_step:  # a free-running reader takes what comes
         written.insert(2, STEP)
+        if names_all(inlet.source):
+            own.add(full(kind, ALL, *written[2:]))
     return own | {full(*written)}
 
 
@@ -80,6 +86,14 @@ class Others:
             return Peer(written, key, converter, self._inbox, inlet.phase)
         return Newest(written, key, converter, self._inbox)
 
+    def together(self, sources: Sequence[Source]) -> list[Together]:
+        """Return those of the sources whose values may come in one message."""
+        alike: dict[object, list[Peer]] = {}
+        for source in sources:
+            if isinstance(source, Peer):
+                alike.setdefault(source.alike(), []).append(source)
+        return [Together(some) for some in alike.values() if len(some) >= MANY]
+
 
 class Peer:
     """An agent of another process, in lock-step: each value by its tick."""
@@ -94,23 +108,61 @@ class Peer:
     ):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
-        self._writer = written.entry
+        self._writer, self.digest = written.entry, written.digest
         self._key, self._converter, self._inbox = key, converter, inbox
         #: whether its reader reads the value of this tick
         self._earlier = written.entry.phase < phase
         #: tick of the value that the reader has
-        self._have = 0
+        self.have = 0
+
+    def alike(self) -> object:
+        """Return the same for all that one process writes at the same ticks."""
+        writer, port = self._writer, crowd_key(self._key)[0]
+        about = self.digest, self.have, writer.badge, writer.every, writer.since
+        return port, *about
+
+    def due(self, tick: Tick) -> int:
+        """Return the tick of the value to read; 0 if the reader has it."""
+        due = self._writer.due(tick.n if self._earlier else tick.n - 1)
+        return 0 if due == self.have else due
 
     def take(self, tick: Tick) -> Value | None:
         """Return the value that is due, waiting for it. Raises Gone."""
-        due = self._writer.due(tick.n if self._earlier else tick.n - 1)
-        if due == self._have:
+        due = self.due(tick)
+        if not due:
             return None
         came = self._inbox.value(self._key, due, self._writer)
         if came is None:
             raise Gone
-        self._have = due
+        self.have = due
         return self._converter.decode(came.payload), came.said
+
+    def beside(self, due: int) -> CrowdValues | None:
+        """Return the values that came in one message with its own, if they did."""
+        self._inbox.value(self._key, due, self._writer)
+        return self._inbox.membership.crowd(self._key, due)
+
+
+class Together:
+    """Agents of one process whose payloads can be taken from one message."""
+
+    def __init__(self, sources: list[Peer]):
+        self.sources, self.digest = sources, sources[0].digest
+        self.keys = [one.key for one in sources]
+        self._names = [key.split("/")[1] for key in self.keys]
+
+    def take(self, tick: Tick) -> Sequence[bytes] | None:
+        """Return the payloads by key, if any are due; None: to be taken singly."""
+        first = self.sources[0]
+        due = first.due(tick)
+        if not due:
+            return ()
+        some = first.beside(due)
+        if some is None or not some.where.keys() >= {*self._names}:
+            return None
+        for one in self.sources:
+            one.have = due
+        return [some.payloads[some.where[name]] for name in self._names]
 
 
 class Newest:
