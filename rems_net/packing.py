@@ -42,8 +42,8 @@ def spans(payload: bytes) -> Iterator[tuple[Any, int, int]]:
     """
     reader = _msgpack.Unpacker(max_buffer_size=len(payload) or 1, max_ext_len=0)
     reader.feed(payload)
-    end = 0
-    for _ in range(reader.read_map_header()):
+    count, end = reader.read_map_header(), reader.tell()
+    for _ in range(count):
         key, begin = reader.unpack(), reader.tell()
         reader.skip()
         end = reader.tell()

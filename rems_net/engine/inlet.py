@@ -13,7 +13,7 @@ from rems_net.agents.rules import connect
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, lock
-from rems_net.engine.source import Conversion, Gone, Group, Local, Source, Value
+from rems_net.engine.source import Conversion, Gone, Local, Source, Value
 from rems_net.errors import RemsError
 from rems_net.events import warn
 
@@ -23,15 +23,12 @@ class Network(Protocol):
 
     def schema(self, digest: str) -> Schema:
         """Return the schema of a port that another process writes."""
-        ...
 
     def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
         """Return the source of a port that no agent here writes in lock-step."""
-        ...
 
-    def together(self, sources: Sequence[Source]) -> Sequence[Group]:
-        """Return groups of those that may come in one message each."""
-        ...
+    def together(self, sources: Sequence[Source]) -> list[Source]:
+        """Return the sources; those whose payloads may come at once are one."""
 
 
 class Inlet:
@@ -157,10 +154,10 @@ class Inlet:
         """
         if self.schema is None:
             self._own[self.port] = {**self._own[self.port]}
-        self._take(self.sources, tick)
+        self._take(tick)
 
-    def _take(self, sources: Sequence[Source], tick: Tick) -> None:
-        for source in sources:
+    def _take(self, tick: Tick) -> None:
+        for source in self.sources:
             try:
                 came = source.take(tick)
             except RemsError as error:

@@ -1,6 +1,5 @@
 """Source: the origin of an In's value. All values enter the engine through it."""
 
-from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias
 
 from rems_net.agents.about.wiring import Entry
@@ -37,24 +36,6 @@ class Source(Protocol):
 
         Raises Gone, and RemsError for a value that does not fit.
         """
-        ...
-
-
-class Group(Protocol):
-    """Sources whose payloads can come in one message.
-
-    keys: of the sources, in their order.  digest: of their schema.
-    """
-
-    @property
-    def sources(self) -> Sequence[Source]: ...
-
-    keys: list[str]
-    digest: str
-
-    def take(self, tick: Tick) -> Sequence[bytes] | None:
-        """Return the payloads, if any are due; None: take the sources singly."""
-        ...
 
 
 class Local:

@@ -19,7 +19,7 @@ class Later(ToCdr):
 
     def __init__(self, schema: Schema, key: str, waiting: Waiting) -> None:
         super().__init__(schema)
-        self._key, self._waiting = key, waiting
+        self._key, self.waiting = key, waiting
 
     @cached_property
     def decode(self) -> Callable[[bytes], bytes]:
@@ -27,8 +27,8 @@ class Later(ToCdr):
         return self._wait
 
     def _wait(self, payload: bytes) -> bytes:
-        self._waiting.keys.append(self._key)
-        self._waiting.payloads.append(payload)
+        self.waiting.keys.append(self._key)
+        self.waiting.payloads.append(payload)
         return b""
 
 

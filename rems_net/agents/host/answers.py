@@ -13,7 +13,7 @@ from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import CROWD, Outlet, Outlets
-from rems_net.agents.protocol.calls import answer_call
+from rems_net.agents.protocol.messages import answer_call
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.runtime import Guard, runtime
 from rems_net.defdict import Field

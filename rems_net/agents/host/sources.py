@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
 
-from rems_net.agents.about.payloads import MANY
+from rems_net.agents.about.payloads import MANY, Later, Waiting
 from rems_net.agents.about.wiring import Entry, Written, names_all
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
@@ -86,13 +88,16 @@ class Others:
             return Peer(written, key, converter, self._inbox, inlet.phase)
         return Newest(written, key, converter, self._inbox)
 
-    def together(self, sources: Sequence[Source]) -> list[Together]:
-        """Return those of the sources whose values may come in one message."""
-        alike: dict[object, list[Peer]] = {}
-        for source in sources:
-            if isinstance(source, Peer):
-                alike.setdefault(source.alike(), []).append(source)
-        return [Together(some) for some in alike.values() if len(some) >= MANY]
+    def together(self, sources: Sequence[Source]) -> list[Source]:
+        """Return the sources; those whose payloads may come at once are one."""
+        alike: dict[object, Together] = {}
+        for one in sources:
+            if isinstance(one, Peer) and isinstance(one.converter, Later):
+                known = alike.setdefault(one.alike(), Together(one.converter.waiting))
+                known.peers.append(one)
+        many = [some for some in alike.values() if len(some.peers) >= MANY]
+        grouped = {id(one) for some in many for one in some.peers}
+        return [*(one for one in sources if id(one) not in grouped), *many]
 
 
 class Peer:
@@ -108,8 +113,8 @@ class Peer:
     ):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
-        self._writer, self.digest = written.entry, written.digest
-        self._key, self._converter, self._inbox = key, converter, inbox
+        self._writer, self._digest = written.entry, written.digest
+        self._key, self.converter, self._inbox = key, converter, inbox
         #: whether its reader reads the value of this tick
         self._earlier = written.entry.phase < phase
         #: tick of the value that the reader has
@@ -118,7 +123,7 @@ class Peer:
     def alike(self) -> object:
         """Return the same for all that one process writes at the same ticks."""
         writer, port = self._writer, crowd_key(self._key)[0]
-        about = self.digest, self.have, writer.badge, writer.every, writer.since
+        about = self._digest, self.have, writer.badge, writer.every, writer.since
         return port, *about
 
     def due(self, tick: Tick) -> int:
@@ -135,34 +140,48 @@ class Peer:
         if came is None:
             raise Gone
         self.have = due
-        return self._converter.decode(came.payload), came.said
+        return self.converter.decode(came.payload), came.said
 
     def beside(self, due: int) -> CrowdValues | None:
-        """Return the values that came in one message with its own, if they did."""
-        self._inbox.value(self._key, due, self._writer)
+        """Return the values in one message with its own of that tick, if there is one.
+
+        due: 0 for none.
+        """
+        if not due or self._inbox.value(self._key, due, self._writer) is None:
+            return None
         return self._inbox.membership.crowd(self._key, due)
 
 
 class Together:
     """Agents of one process whose payloads can be taken from one message."""
 
-    def __init__(self, sources: list[Peer]):
-        self.sources, self.digest = sources, sources[0].digest
-        self.keys = [one.key for one in sources]
-        self._names = [key.split("/")[1] for key in self.keys]
+    key = label = ""
+    entry: Entry | None = None
 
-    def take(self, tick: Tick) -> Sequence[bytes] | None:
-        """Return the payloads by key, if any are due; None: to be taken singly."""
-        first = self.sources[0]
-        due = first.due(tick)
-        if not due:
-            return ()
-        some = first.beside(due)
+    def __init__(self, waiting: Waiting):
+        self._waiting, self.peers = waiting, list[Peer]()
+
+    @cached_property
+    def _keys(self) -> list[str]:
+        return [one.key for one in self.peers]
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return [key.split("/")[1] for key in self._keys]
+
+    def take(self, tick: Tick) -> None:
+        """Put aside the payloads that are due."""
+        due = self.peers[0].due(tick)
+        some = self.peers[0].beside(due)
         if some is None or not some.where.keys() >= {*self._names}:
-            return None
-        for one in self.sources:
+            for one in self.peers:
+                with suppress(Gone):
+                    one.take(tick)
+            return
+        for one in self.peers:
             one.have = due
-        return [some.payloads[some.where[name]] for name in self._names]
+        payloads = [some.payloads[some.where[name]] for name in self._names]
+        self._waiting.add(self._keys, payloads)
 
 
 class Newest:

@@ -52,6 +52,8 @@ class Layout:
                 f"These {len(message)} bytes are no values by name: "
                 f"{error or 'no msgpack'}. (R0621)"
             ) from None
+        if not fixed:
+            raise wrong("a message of a crowd", {}, "the values of one or more agents")
         self._fixed = tuple(fixed)
         self._parts = Struct("".join(f"{size}s" for size in sizes))
 
