@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from operator import itemgetter
 
 from rems_net.agents.about.payloads import MANY, Later, Waiting
 from rems_net.agents.about.wiring import Entry, Written, names_all
@@ -160,28 +161,30 @@ class Together:
 
     def __init__(self, waiting: Waiting):
         self._waiting, self.peers = waiting, list[Peer]()
+        #: the places of their payloads in messages with `_where`, if all are there
+        self._places: Callable[[Sequence[bytes]], tuple[bytes, ...]] | None = None
+        self._where: Mapping[str, int] = {}
 
     @cached_property
     def _keys(self) -> list[str]:
         return [one.key for one in self.peers]
 
-    @cached_property
-    def _names(self) -> list[str]:
-        return [key.split("/")[1] for key in self._keys]
-
     def take(self, tick: Tick) -> None:
         """Put aside the payloads that are due."""
         due = self.peers[0].due(tick)
         some = self.peers[0].beside(due)
-        if some is None or not some.where.keys() >= {*self._names}:
+        if some is not None and some.where is not self._where:
+            self._where = some.where
+            places = [some.where.get(key.split("/")[1]) for key in self._keys]
+            self._places = None if None in places else itemgetter(*places)
+        if some is None or self._places is None:
             for one in self.peers:
                 with suppress(Gone):
                     one.take(tick)
             return
         for one in self.peers:
             one.have = due
-        payloads = [some.payloads[some.where[name]] for name in self._names]
-        self._waiting.add(self._keys, payloads)
+        self._waiting.add(self._keys, self._places(some.payloads))
 
 
 class Newest:
