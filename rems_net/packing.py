@@ -4,7 +4,7 @@ Timestamps and other extensions are refused; nothing is ever unpickled.
 """
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -33,6 +33,23 @@ def list_header(count: int) -> bytes:
     """Return the bytes that begin a list of `count` items."""
     header: bytes = _msgpack.Packer().pack_array_header(count)
     return header
+
+
+def spans(payload: bytes) -> Iterator[tuple[Any, int, int]]:
+    """Yield each key of a packed map, and where its value begins and ends.
+
+    Raises one of UNPACK_ERRORS for other bytes.
+    """
+    reader = _msgpack.Unpacker(max_buffer_size=len(payload) or 1, max_ext_len=0)
+    reader.feed(payload)
+    count, end = reader.read_map_header(), reader.tell()
+    for _ in range(count):
+        key, begin = reader.unpack(), reader.tell()
+        reader.skip()
+        end = reader.tell()
+        yield key, begin, end
+    if end != len(payload):
+        raise ValueError("there is something behind it")
 
 
 def unpacker(longest_list: int, largest_map: int, **more: Any) -> Callable[..., Any]:

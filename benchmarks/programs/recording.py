@@ -100,11 +100,16 @@ def floor(lab: Experiment) -> float:
 
 
 def shared(lab: Experiment, out: Path) -> dict[str, float]:
-    """Run it with a CSV output, without and with a recorder in its process."""
+    """Run it with a CSV output, without and with a recorder in its process.
+
+    Twice each; the least counts, since what else a machine does only adds time.
+    """
     lab.output("csv", TimedCsv)
-    ((csv, wall),) = run(lab, out / "csv", "csv")
-    lab.record = True
-    ((both, _),) = run(lab, out / "both", "csv")
+    found: dict[bool, list[tuple[float, float]]] = {False: [], True: []}
+    for i in range(4):
+        lab.record = i % 2 == 1
+        found[lab.record] += run(lab, out / str(i), "csv")
+    (csv, wall), (both, _) = min(found[False]), min(found[True])
     return {"csv": csv, "mcap": both - csv, "tick": wall}
 
 

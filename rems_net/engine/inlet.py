@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from rems_net.agents.about.mistakes import odd_glob, refusal
@@ -23,11 +23,12 @@ class Network(Protocol):
 
     def schema(self, digest: str) -> Schema:
         """Return the schema of a port that another process writes."""
-        ...
 
     def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
         """Return the source of a port that no agent here writes in lock-step."""
-        ...
+
+    def together(self, sources: Sequence[Source]) -> list[Source]:
+        """Return the sources; those whose payloads may come at once are one."""
 
 
 class Inlet:

@@ -16,7 +16,7 @@ from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import CALLS
 from rems_net.defdict import Rows, Schema, cdr, row_codec
 from rems_net.engine.inlet import Inlet, Network
-from rems_net.engine.source import Conversion, Local, Value
+from rems_net.engine.source import Conversion, Local, Source, Value
 
 
 class Block:
@@ -34,11 +34,10 @@ class Block:
         """Add what they have written since the last call."""
         if self._first.is_due(tick):
             values = [own[port] for own, port in self._where]
-            if self._rows is not None:
-                rows = Rows(self._keys, self._rows.of_values(values))
-                messages.rows.append(rows)
-                return
-            messages.update(zip(self._keys, map(self._encode, values), strict=True))
+            if self._rows is None:
+                messages.update(zip(self._keys, map(self._encode, values), strict=True))
+            else:
+                messages.rows.append(Rows(self._keys, self._rows.of_values(values)))
 
     def parted(self) -> list[Local]:
         """Return its sources, which know what was taken."""
@@ -51,22 +50,21 @@ class MessageInlet(Inlet):
     """One In whose value is `Messages`: only of ports that have written since."""
 
     _blocks: tuple[Block, ...] = ()
-
-    @cached_property
-    def _waiting(self) -> dict[str, Waiting]:
-        """Payloads of other processes, by the digest of their schema."""
-        return {}
+    _others: tuple[Source, ...] = ()
 
     @cached_property
     def messages(self) -> Messages:
         """The value, one object for ever: calls may come before the first tick."""
+        #: payloads of other processes, by the digest of their schema
+        self._waiting: dict[str, Waiting] = {}
         made = self._own[self.port] = Messages()
         return made
 
     def connect(self, entries: Mapping[str, Entry], network: Network | None) -> None:
         """Find the sources among all agents of the run, anew."""
         messages = self.messages
-        self.sources += [one for block in self._blocks for one in block.parted()]
+        parted = (one for block in self._blocks for one in block.parted())
+        self.sources = [*self._others, *parted]
         super().connect(entries, network)
         alike: dict[object, list[Local]] = {}
         for source in self.sources:
@@ -79,7 +77,8 @@ class MessageInlet(Inlet):
         messages.agents = {e.key: e.badge for e in known if e is not None}
         calls = [k for k, s in messages.schemas.items() if s.digest == CALLS.digest]
         messages.callers = sorted(calls)
-        self.sources = [s for s in self.sources if not isinstance(s, Local)]
+        self._others = tuple(s for s in self.sources if not isinstance(s, Local))
+        self.sources = [] if network is None else network.together(self._others)
 
     def _conversion(self, key: str, theirs: Schema) -> Conversion:
         self.messages.schemas[key] = theirs

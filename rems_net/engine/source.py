@@ -36,7 +36,6 @@ class Source(Protocol):
 
         Raises Gone, and RemsError for a value that does not fit.
         """
-        ...
 
 
 class Local:

@@ -53,7 +53,8 @@ class Lines:
             above.set_xlabel("time [s]")
         for axes in figure.axes:
             axes.grid(alpha=0.3)
-            axes.legend(loc="upper left", fontsize="small")
+            above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4}
+            axes.legend(**above, fontsize="small", frameon=False)
         self._figure = figure
 
     def add(self, row: list[Any]) -> None:

@@ -22,12 +22,21 @@ _NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 #: only looks subscribes to the plain key, and values that it is too slow for are
 #: dropped.
 STEP = "@step"
+#: In place of a name: the values of many agents of one process, in one message.
+ALL = "@crowd"
 
 
 @lru_cache(maxsize=65536)
 def plain_key(key: str) -> str:
     """Return the key of a port, or of the clock's, without STEP."""
     return key.replace(f"/{STEP}/", "/", 1)
+
+
+@lru_cache(maxsize=65536)
+def crowd_key(key: str) -> tuple[str, str]:
+    """Return the key at which a port comes with those of others, and its agent."""
+    fabric, kind, name, port = key.split("/", 3)
+    return f"{fabric}/{kind}/{ALL}/{port}", name
 
 
 def check_name(name: object, what: str) -> str:

@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 
 import rems_net
-from rems_net import Experiment, Input, Out, Schema
+from rems_net import Experiment, In, Input, Out, Process, Schema
+from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.host.outlet import CROWD
 from rems_net.agents.tick import Tick
 from rems_net.defdict import array, boolean, cdr, choice, integer, many, number, text
 from rems_net.errors import AgentError
 from rems_net.outputs.mcap import McapOutput
 from rems_net.pictures import is_picture, pixels
 from rems_net.recordings.mcap.reader import McapFile
-from tests.agents.runs import in_one_host
+from tests.agents.runs import Router, Told, in_one_host, until
 from tests.agents.test_determinism import in_a_few
 from tests.agents.test_determinism import lab as carts
 
@@ -343,6 +345,65 @@ def crowd() -> Experiment:
     lab.robot("late", "woodbot", "kinematic", every=5, host="host0")
     lab.robot("other", "epuck", "kinematic", host="host1")
     return lab
+
+
+class Seldom(Input):
+    """Sets its value at every third tick: in between it grows old."""
+
+    value = Out(Schema("seldom", {"x": number()}))
+
+    def read(self, tick: Tick) -> dict[str, float] | None:
+        return None if tick.n % 3 else {"x": tick.t}
+
+
+class Near(Process):
+    """Reads one robot of a crowd by its name."""
+
+    robot = In()
+    value = Out(Schema("near", {"x": number("m")}))
+
+    def step(self, tick: Tick) -> None:
+        self.value.x = self.robot.x
+
+
+def swarm(ticks: int = 40) -> Experiment:
+    """A host whose values come in one message, and others that read them."""
+    lab = Experiment("swarm", dt=0.1, duration=ticks * 0.1)
+    for i in range(9):
+        lab.input(f"in{i}", Seldom, host="swarm")
+    for i in range(CROWD + 20):
+        more: dict[str, Any] = {"every": 5} if i == 8 else {}
+        more |= {"since": 1.1} if i == 9 else {}
+        lab.robot(f"bot{i}", "woodbot", "kinematic", host="swarm", **more)
+    lab.robot("apart", "epuck", "kinematic", host="apart")
+    lab.process("near", Near, robot="robot/bot7/state")
+    return lab
+
+
+@pytest.mark.timeout(300)
+def test_a_crowd_of_which_messages_are_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bytes as in the engine, in a recorder and in CSV files."""
+
+    def recorded(out: Path, **more: Any) -> dict[str, bytes]:
+        made = swarm()
+        made.output("rec", "mcap")
+        made.output("csv", "csv")
+        made.run(out, **more)
+        files = [*out.glob("*.csv"), out / "run.mcap"]
+        return {path.name: path.read_bytes() for path in files}
+
+    def restart(clock: Clock) -> None:
+        until(lambda: clock.tick.n >= 12, 60)
+        router.kill()
+        router.start()
+
+    engine = recorded(tmp_path / "engine", direct=True)
+    assert len(engine) == CROWD + 20 + 2
+    with Router() as router:
+        monkeypatch.setenv("REMS_ROUTER", router.endpoint)
+        assert recorded(tmp_path / "hosts", show=Told(restart)) == engine
 
 
 def test_a_crowd_has_the_bytes_of_single_messages(

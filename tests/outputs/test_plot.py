@@ -8,19 +8,23 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from hashlib import sha256
 from pathlib import Path
 from threading import Event as Timer
 
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.clock.clock import Clock
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
 from rems_net.events import Event, listening
 from rems_net.outputs.plot import WAITING, PlotOutput, _Window
-from tests.agents.runs import until
+from tests.agents.runs import Told, until
 from tests.commands import ROOT
 
+#: a pixel of a line, as a display has it: blue, green, red
+LINE = bytes((0xB4, 0x77, 0x1F))
 LINES = ["robot/sim/state/x", "robot/sim/state/heading", "input/keys/value/wheel/left"]
 
 
@@ -33,19 +37,20 @@ def lab(**more: object) -> Experiment:
 
 
 @pytest.fixture
-def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A display that nobody sees."""
+def display(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
+    """A display that nobody sees: the file of its picture, of 4 bytes a pixel."""
     if shutil.which("Xvfb") is None:
         pytest.skip("There is no Xvfb here, a display that nobody sees")
     pytest.importorskip("tkinter", reason="There is no tkinter here, for windows")
     read, write = os.pipe()
     words = ["Xvfb", "-displayfd", str(write), "-screen", "0", "800x600x24"]
+    words += ["-fbdir", str(tmp_path)]
     server = subprocess.Popen(words, pass_fds=[write], stderr=subprocess.DEVNULL)
     try:
         os.close(write)
         with os.fdopen(read, encoding="ascii") as pipe:
             monkeypatch.setenv("DISPLAY", f":{pipe.readline().strip()}")
-        yield
+        yield tmp_path / "Xvfb_screen0"
     finally:
         server.terminate()
         server.wait()
@@ -116,7 +121,7 @@ def test_a_run_does_not_wait_for_a_figure(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("fields", [[], LINES])
 def test_the_window_draws_to_the_end_of_its_rows(
-    display: None, fields: list[str]
+    display: Path, fields: list[str]
 ) -> None:
     """And then it ends, without a complaint."""
     pytest.importorskip("matplotlib", reason="There is no matplotlib here")
@@ -135,7 +140,30 @@ def test_the_window_draws_to_the_end_of_its_rows(
     assert (done.returncode, done.stdout.strip()) == (0, ""), done
 
 
-def test_a_run_with_a_window_has_the_same_values(display: None, tmp_path: Path) -> None:
+def test_the_figure_grows_while_the_run_goes_on(display: Path, tmp_path: Path) -> None:
+    """Someone at the display sees new pictures, and each tick is at its time."""
+    pytest.importorskip("matplotlib", reason="There is no matplotlib here")
+    seen: set[bytes] = set()
+
+    def watch(clock: Clock) -> None:
+        def new() -> bool:
+            picture = display.read_bytes()
+            if picture.count(LINE) > 100:
+                seen.add(sha256(picture).digest())
+            return len(seen) > 5
+
+        until(new, 60)
+        clock.pacing.end()
+
+    made = lab(fields=LINES)
+    made.duration, told = 300.0, Told(watch)
+    result = made.run(tmp_path / "run", pace=1, show=told)
+    assert len(seen) == 6
+    assert 5 < result.ticks == len(result["sim"]["state/x"])
+    assert not told.of("display")
+
+
+def test_a_run_with_a_window_has_the_same_values(display: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="There is no matplotlib here")
     for name, made in (("shown", lab(fields=LINES)), ("plain", lab())):
         if name == "plain":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 from rems_net.agents.ports import Messages
@@ -19,7 +19,7 @@ class Later(ToCdr):
 
     def __init__(self, schema: Schema, key: str, waiting: Waiting) -> None:
         super().__init__(schema)
-        self._key, self._waiting = key, waiting
+        self._key, self.waiting = key, waiting
 
     @cached_property
     def decode(self) -> Callable[[bytes], bytes]:
@@ -27,8 +27,8 @@ class Later(ToCdr):
         return self._wait
 
     def _wait(self, payload: bytes) -> bytes:
-        self._waiting.keys.append(self._key)
-        self._waiting.payloads.append(payload)
+        self.waiting.keys.append(self._key)
+        self.waiting.payloads.append(payload)
         return b""
 
 
@@ -39,6 +39,11 @@ class Waiting:
         self._codec, self._rows = cdr(schema), row_codec(schema)
         self.keys: list[str] = []
         self.payloads: list[bytes] = []
+
+    def add(self, keys: Iterable[str], payloads: Iterable[bytes]) -> None:
+        """Put payloads of these keys aside."""
+        self.keys += keys
+        self.payloads += payloads
 
     def take(self, messages: Messages, drop: Callable[[str, RemsError], None]) -> None:
         """Add their messages. drop: called with a key whose payload does not fit."""

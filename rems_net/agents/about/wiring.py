@@ -77,6 +77,11 @@ def is_source(value: str) -> bool:
     return len(chunks) in (2, 3) and all(map(_CHUNK.fullmatch, chunks))
 
 
+def names_all(source: str) -> bool:
+    """Return whether it names ports of all agents of a kind, as `robot/*/state`."""
+    return source.split("/")[1:2] == ["*"]
+
+
 def resolve(
     source: str, agents: Mapping[str, Entry], reader: str, me: str = ""
 ) -> list[Written]:

@@ -8,10 +8,10 @@ from typing import Any
 import rems_net
 from rems_net.agents.clock.admission import Admissions
 from rems_net.agents.clock.broadcaster import Broadcaster
-from rems_net.agents.protocol.calls import answer_call
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import (
     Admission,
+    answer_call,
     pack_age,
     read_badge,
     read_farewell,

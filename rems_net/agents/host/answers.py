@@ -12,13 +12,14 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
-from rems_net.agents.host.outlet import CROWD, Outlet
-from rems_net.agents.protocol.calls import answer_call
+from rems_net.agents.host.outlet import CROWD, Outlet, Outlets
+from rems_net.agents.protocol.messages import answer_call
 from rems_net.agents.robot import Definition, Driver, Robot
 from rems_net.agents.runtime import Guard, runtime
 from rems_net.defdict import Field
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
+from rems_net.router.keys import ALL
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -55,7 +56,7 @@ class Answers:
     def __init__(self, engine: Engine, key: Callable[..., str], leases: Leases):
         self._visits, self._agents = engine.visits, engine.agents
         self._key, self._leases = key, leases
-        self.outlets: Sequence[Outlet] = ()
+        self._outlets: Outlets
 
     def declare(
         self,
@@ -63,10 +64,12 @@ class Answers:
         inbox: Inbox,
         guard: Guard,
         inlets: Sequence[Inlet],
-        outlets: Sequence[Outlet],
+        outlets: Outlets,
     ) -> None:
         """Answer questions from now on: by `inbox`, or at once if no tick is needed."""
-        self.outlets, agents, key = outlets, self._agents, self._key
+        self._outlets, agents, key = outlets, self._agents, self._key
+        for kind in sorted({crowd.kind for crowd in outlets.crowds}):
+            session.answer(key(kind, ALL, "*"), inbox.box, f"{kind}/{ALL}")
         for topic in topics(agents):
             session.answer(key(topic, "**"), inbox.box, topic)
             session.answer(key(topic, "@schema"), inbox.box, topic)
@@ -110,6 +113,9 @@ class Answers:
         """
         as_json = question.parameters.get("format") == "json"
         with question:
+            if f"/{ALL}/" in question.key:
+                self._answer_crowds(question)
+                return
             agents = asked(question, self._agents)
             if question.key.endswith("/@schema"):
                 self._answer_schemas(question, agents)
@@ -121,12 +127,20 @@ class Answers:
                         self._leases.answer(question, agent.key)
                 return
             keys = {agent.key for agent in agents}
-            for outlet in self.outlets:
+            for outlet in self._outlets.all:
                 if outlet.agent.key in keys:
                     if question.covers(outlet.key):
                         _answer_port(question, outlet, as_json)
                     elif question.covers(f"{outlet.key}/**"):
                         _answer_fields(question, outlet, as_json)
+
+    def _answer_crowds(self, question: Question) -> None:
+        since = _since(question)
+        for crowd in self._outlets.crowds:
+            if since is not None and question.covers(crowd.key):
+                for n, message, stamp in crowd.recent:
+                    if n >= since:
+                        question.answer(crowd.key, message, crowd.encoding, stamp)
 
     def _answer_schemas(self, question: Question, agents: list[Agent]) -> None:
         for agent in agents:
@@ -143,14 +157,20 @@ def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
         question.answer(outlet.key, json.dumps(plain).encode())
         return
     schema = f"{value.schema.name}@{outlet.digest}"
-    since = question.parameters.get("since", "")
-    if since.isdecimal() and len(since) < 16:
-        kept = {n: row for n, *row in outlet.recent if n >= int(since)}
+    since = _since(question)
+    if since is not None:
+        kept = {n: row for n, *row in outlet.recent if n >= since}
         for payload, stamp in kept.values():
             question.answer(outlet.key, payload, schema, stamp)
         if outlet.n in kept:  # a verb may have changed the agent since that tick
             return
     question.answer(outlet.key, value.encode(), schema, outlet.stamp(outlet.n, time))
+
+
+def _since(question: Question) -> int | None:
+    """Return the tick of `?since=7`; None without one."""
+    text = question.parameters.get("since", "")
+    return int(text) if text.isdecimal() and len(text) < 16 else None
 
 
 def _answer_fields(question: Question, outlet: Outlet, as_json: bool) -> None:

@@ -145,7 +145,7 @@ class Host:
         self._outlets = Outlets(self.agents, session)
         self._others = Others(self.agents, session.key, self.inbox)
         self._answers.declare(
-            session, self.inbox, self.guard, self.inlets, self._outlets.all
+            session, self.inbox, self.guard, self.inlets, self._outlets
         )
         self.inbox.watch()
         self.guard.watch()
@@ -289,7 +289,6 @@ class Host:
                 ask_who_stopped(self.session, self.inbox.box.put)
         self.leases.look()
         self.engine.step(tick, self._outlets.publish)
-        self._outlets.publish_crowds(tick)
 
     def _connect(self, epoch: int) -> None:
         roster = self.inbox.roster_of(epoch)

@@ -8,7 +8,7 @@ from rems_net.agents.about.wiring import Entry
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.membership import Membership, Orphaned, Value
-from rems_net.agents.host.outlet import glob
+from rems_net.agents.host.outlet import CROWD, glob
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
@@ -16,7 +16,7 @@ from rems_net.agents.wall import wall
 from rems_net.errors import WireError
 from rems_net.events import info, warn
 from rems_net.router.gate.stops import read_said
-from rems_net.router.keys import STEP
+from rems_net.router.keys import STEP, crowd_key
 from rems_net.router.mail import Letter, Mail, Mailbox, Presence, Question
 from rems_net.router.message import Stamp
 from rems_net.router.publisher import Watch
@@ -239,6 +239,9 @@ class Inbox:
             since = since or wall()
             if self._in_vain(since):
                 self.session.ask_at_once(f"{key}?since={n}", self.box.put)
+                if self.membership.sizes[writer.badge] > CROWD:
+                    together = f"{crowd_key(key)[0]}?since={n}"
+                    self.session.ask_at_once(together, self.box.put)
                 since = 0.0
             # A crowd's values come together. Other letters wait: one of them may end
             # the run, and this tick is still to be done.

@@ -1,18 +1,20 @@
 """Membership: the data of a host's membership in one run."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from math import ceil
 from typing import NamedTuple
 
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.badge import run_of
+from rems_net.agents.protocol.crowds import CrowdValues, Layout, read_crowd
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.roster import Roster
+from rems_net.agents.protocol.shapes import wrong
 from rems_net.agents.tick import time_of
 from rems_net.errors import WireError
-from rems_net.router.keys import STEP, plain_key
+from rems_net.router.keys import ALL, STEP, crowd_key, plain_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import Stamp
 
@@ -97,6 +99,12 @@ class Membership:
         latest.clear()
         given.clear()
         self._kept: dict[str, dict[int, Value]] = {}
+        #: values of crowds: by key, tick, and badge with schema
+        self._crowds: dict[str, dict[int, dict[tuple[int, str], CrowdValues]]] = {}
+        #: by key, and badge with schema: the layout of the newest message
+        self._layouts: dict[tuple[str, tuple[int, str]], Layout] = {}
+        #: number of agents in lock-step, by badge of their host
+        self.sizes: Counter[int] = Counter()
         self._strangers: deque[tuple[Mail, Stamp]] = deque(maxlen=STRANGERS)
 
     # -- ticks -------------------------------------------------------------------
@@ -194,12 +202,18 @@ class Membership:
 
     def _learn_writers(self) -> None:
         self._writers, self._exact, self.steps = {}, {}, set()
+        self._layouts.clear()
+        self.sizes.clear()
         for roster in self.rosters.values():
+            badges = (e.badge for e in roster.agents.values() if e.lockstep)
+            self.sizes |= Counter(badges)
             for key, entry in roster.agents.items():
                 if entry.lockstep:
                     self._exact[entry.badge] = key
                 for port in entry.outs:
                     self.steps.add(f"{self._fabric}/{key}/{STEP}/{port}")
+                    crowd = f"{self._fabric}/{entry.kind}/{ALL}/{STEP}/{port}"
+                    self.steps.add(crowd)
                     full = f"{self._fabric}/{key}/{port}"
                     self._writers.setdefault(full, set()).add(entry.badge)
         strangers = list(self._strangers)
@@ -224,6 +238,9 @@ class Membership:
             )
         if stamp.badge in self._writers.get(key, ()):
             self._keep(key, mail, stamp)
+        elif f"/{ALL}/" in key and run_of(stamp.badge) == self.run:
+            if stamp.badge in self._exact:  # else it has overtaken the roster
+                self._keep_crowd(key, mail, stamp)
         elif key in self._told:
             own = key.partition("/")[2]
             self._check(own.rpartition("/")[0], stamp.badge, self.run)
@@ -238,8 +255,7 @@ class Membership:
 
     def _keep(self, key: str, mail: Mail, stamp: Stamp) -> None:
         self._latest[key] = mail, stamp
-        # No writer can be further ahead, and older values are not needed any more.
-        if self.rates or not self.current - KEEP <= stamp.n <= self.current + KEEP:
+        if not self._is_near(stamp):
             return
         kept = self._kept.setdefault(key, {})
         if stamp.n not in kept:  # the first one counts: it may be in use already
@@ -247,13 +263,56 @@ class Membership:
             if len(kept) > KEEP:
                 del kept[min(kept)]
         elif kept[stamp.n].payload != mail.payload and stamp.badge in self._exact:
-            raise WireError(
-                f"it is a second value of tick {stamp.n}, another one, with the badge "
-                f"of {self._exact[stamp.badge]}. A program on this fabric has copied "
-                "that badge. The first value counts, which may be the wrong one: "
-                "from here on a recording may be wrong. (R0621)"
-            )
+            raise self._copied(stamp)
+
+    def _is_near(self, stamp: Stamp) -> bool:
+        """Return whether to keep a value: no writer can be further ahead than that.
+
+        Older values are not needed any more.
+        """
+        near = self.current - KEEP <= stamp.n <= self.current + KEEP
+        return near and not self.rates
+
+    def _copied(self, stamp: Stamp) -> WireError:
+        return WireError(
+            f"it is a second value of tick {stamp.n}, another one, with the badge "
+            f"of {self._exact[stamp.badge]}. A program on this fabric has copied "
+            "that badge. The first value counts, which may be the wrong one: "
+            "from here on a recording may be wrong. (R0621)"
+        )
+
+    def _keep_crowd(self, key: str, mail: Mail, stamp: Stamp) -> None:
+        if not self._is_near(stamp):
+            return
+        of, message = (stamp.badge, mail.schema), mail.payload
+        digest = of[1].rpartition("@")[2]
+        if not any(digest in roster.schemas for roster in self.rosters.values()):
+            raise wrong("its encoding", of[1], "the schema of a port of the run")
+        kept = self._crowds.setdefault(key, {})
+        known = kept.setdefault(stamp.n, {}).get(of)
+        if known is not None:
+            if known.message != message:
+                raise self._copied(stamp)
+            return
+        values, self._layouts[key, of] = read_crowd(
+            message, self._layouts.get((key, of))
+        )
+        kept[stamp.n][of] = values
+        if len(kept) > KEEP:
+            del kept[min(kept)]
 
     def value(self, key: str, n: int) -> Value | None:
         """Return the value of the full key at tick n; None if it has not come."""
-        return self._kept.get(key, {}).get(n)
+        value = self._kept.get(key, {}).get(n)
+        if value is None and (crowd := self.crowd(key, n)) is not None:
+            return Value(crowd.payloads[crowd.where[crowd_key(key)[1]]], n)
+        return value
+
+    def crowd(self, key: str, n: int) -> CrowdValues | None:
+        """Return the values that came with that of the full key at tick n, if any."""
+        if self._crowds:
+            together, name = crowd_key(key)
+            for (badge, _), some in self._crowds.get(together, {}).get(n, {}).items():
+                if name in some.where and badge in self._writers.get(key, ()):
+                    return some
+        return None

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Container, Mapping
 from functools import partial
 
 from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.protocol.crowds import pack_crowd
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import pack_done
 from rems_net.agents.protocol.roster import Roster
@@ -12,8 +13,8 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict
-from rems_net.packing import map_header, pack
-from rems_net.router.keys import STEP
+from rems_net.packing import pack
+from rems_net.router.keys import ALL, STEP
 from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Member, Publisher, Puts, Unseen
 from rems_net.router.session import Session
@@ -67,6 +68,7 @@ class Outlet:
         "key",
         "members",
         "n",
+        "packed",
         "port",
         "publisher",
         "recent",
@@ -90,8 +92,10 @@ class Outlet:
         self.members: Callable[..., None] | None = None
         self._declare = declare
         self.digest = agent.__dict__[port].schema.digest
-        #: whether the roster names a reader in lock-step in another host
+        #: whether a reader in lock-step in another host takes it at its own key
         self.wanted = False
+        #: whether all of these take it together with those of its crowd
+        self.packed = False
         #: whether its value also means `done`, so that the clock receives it each tick
         self.closing = False
         #: the newest tick of which it has a value
@@ -101,27 +105,27 @@ class Outlet:
         #: the last payloads: a reader may be AHEAD ticks behind, plus one
         self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
 
-    def publish(self, stamp: bytes) -> None:
-        """Put the value of tick `self.n`, if a member or another program wants it."""
+    def publish(self, stamp: bytes, *, wanted: bool) -> None:
+        """Put the value of tick `self.n`. wanted: at its own key for members, too."""
+        payload = self.agent.__dict__[self.port].encode()
+        self.recent.append((self.n, payload, stamp))
+        if wanted:
+            if self.members is None:
+                self.members = self._declare()
+            self.members(payload, attachment=stamp)
         # The clock receives a closing value from `members`, if that message exists.
-        shown = self.publisher.watched or (self.closing and not self.wanted)
-        if self.wanted or shown:
-            payload = self.agent.__dict__[self.port].encode()
-            self.recent.append((self.n, payload, stamp))
-            if self.wanted and self.members is not None:
-                self.members(payload, attachment=stamp)
-            if shown:
-                self.publisher.put_raw(payload, attachment=stamp)
+        if self.publisher.watched or (self.closing and not wanted):
+            self.publisher.put_raw(payload, attachment=stamp)
 
-    def want(self, wanted: bool) -> None:
+    def want(self, wanted: bool, packed: bool) -> None:
         """Note whether another host reads it, from the next tick on.
 
         A new reader may need the value of the tick before: it is kept now.
         """
-        if wanted and not self.wanted and self.n:
+        if (wanted or packed) and not (self.wanted or self.packed) and self.n:
             stamp = self.stamp(self.n, self.run.tick.t)
             self.recent.append((self.n, self.value.encode(), stamp))
-        self.wanted = wanted
+        self.wanted, self.packed = wanted, packed
         if wanted and self.members is None:
             self.members = self._declare()
 
@@ -169,37 +173,68 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
 
 
 class Crowd:
-    """One port of many agents in one message, `{name: values}`, for other programs."""
+    """One port of many agents in one message: all those that have stepped.
 
-    def __init__(self, outlets: list[Outlet], publisher: Publisher):
-        self.publisher = publisher
-        self._members = [(pack(o.agent.name), o.port, o) for o in outlets]
+    It is for programs that look, and for members whose Ins read all of a kind.
+    key, encoding: of the message.  declare: makes the publisher for members.
+    """
 
-    def publish(self, n: int, t: float, badge: int) -> None:
-        """Put the values of the agents that stepped at tick `n`, if a program looks."""
-        if self.publisher.watched:
-            said = [
-                name + outlet.agent.__dict__[port].encode()
-                for name, port, outlet in self._members
-                if outlet.n == n
-            ]
-            if said:
-                payload = map_header(len(said)) + b"".join(said)
-                self.publisher.put(payload, pack_stamp(n, t, badge))
+    def __init__(
+        self,
+        key: str,
+        encoding: str,
+        outlets: list[Outlet],
+        publisher: Publisher | Unseen,
+        declare: Callable[[], Callable[..., None]],
+    ):
+        self.publisher, self._declare = publisher, declare
+        self.kind = outlets[0].agent.kind
+        self._put: Callable[..., None] | None = None
+        self.key, self.encoding = key, encoding
+        self._members = [(pack(o.agent.name), o) for o in outlets]
+        #: the last messages for members, with their stamps: a reader may miss one
+        self.recent: deque[tuple[int, bytes, bytes]] = deque(maxlen=AHEAD + 2)
+
+    def publish(self, n: int, stamp: bytes) -> None:
+        """Put the values of tick `n`, if a member or another program wants them.
+
+        Those with an older source tick go to members at their own keys.
+        """
+        message = b""
+        due = [one for one in self._members if one[1].n == n]
+        fresh = [o for o in due if o[1].packed and o[1].run.source_tick == n]
+        if fresh:
+            message = _packed(fresh)
+            self.recent.append((n, message, stamp))
+            self._put = self._put or self._declare()
+            self._put(message, attachment=stamp)
+        if due and self.publisher.watched:
+            if len(fresh) < len(due):
+                message = _packed(due)
+            self.publisher.put_raw(message, attachment=stamp)
+
+
+def _packed(members: list[tuple[bytes, Outlet]]) -> bytes:
+    return pack_crowd([n + o.agent.__dict__[o.port].encode() for n, o in members])
 
 
 def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
-    """Return the crowds that put values at `robot/@crowd/state`, by schema."""
-    alike: dict[tuple[str, str], list[Outlet]] = {}
+    """Return the crowds of a host, by kind, port and schema: `robot/@crowd/state`."""
+    alike: dict[tuple[str, str, str], list[Outlet]] = {}
     for outlet in outlets:
-        if isinstance(outlet.publisher, Member):
-            key = session.key(outlet.agent.kind, "@crowd", outlet.port)
-            name = outlet.value.schema.name
-            alike.setdefault((key, f"{name}@{outlet.digest}"), []).append(outlet)
-    return [
-        Crowd(some, session.publisher(key, encoding, block=False, remote=True))
-        for (key, encoding), some in alike.items()
-    ]
+        if not isinstance(outlet.publisher, Publisher):
+            encoding = f"{outlet.value.schema.name}@{outlet.digest}"
+            of = outlet.agent.kind, outlet.port, encoding
+            alike.setdefault(of, []).append(outlet)
+    made = []
+    for (kind, port, encoding), some in alike.items():
+        key, step = (session.key(kind, ALL, *s, port) for s in ((), (STEP,)))
+        send = partial(session.putting, step, encoding, remote=True)
+        publisher: Publisher | Unseen = Unseen()
+        if isinstance(some[0].publisher, Member):
+            publisher = session.publisher(key, encoding, block=False, remote=True)
+        made.append(Crowd(key, encoding, some, publisher, send))
+    return made
 
 
 def glob(key: str) -> str:
@@ -249,10 +284,14 @@ class Outlets:
     def connect(self, roster: Roster, read_outside: Container[str]) -> None:
         """Publish for the members of this roster. read_outside: ports they wait for."""
         self._kinds = {kind: [] for kind in PHASES}
+        read = roster.read_outside(host)
+        alone = roster.read_outside(host, all_at_once=False) if self.crowds else read
         for outlet in self.all:
             if outlet.agent.key in roster.agents:
                 self._kinds[outlet.agent.kind].append(outlet)
-            outlet.want(f"{outlet.agent.key}/{outlet.port}" in read_outside)
+            key = f"{outlet.agent.key}/{outlet.port}"
+            packed = key in read and key not in alone and outlet.run.in_step
+            outlet.want(key in read and not packed, packed)
 
     def publish(self, kind: str, tick: Tick) -> None:
         """Put the new values of the agents of a kind, if they are read or watched."""
@@ -262,18 +301,20 @@ class Outlets:
             if n % run.every:
                 continue
             outlet.n = n
-            if outlet.wanted or outlet.publisher.watched or outlet.closing:
+            fresh = run.source_tick == n
+            wanted = outlet.wanted or (outlet.packed and not fresh)
+            if wanted or outlet.publisher.watched or outlet.closing:
                 stamp = stamp or pack_stamp(n, tick.t, self._badge)
-                fresh = run.source_tick == n
-                outlet.publish(stamp if fresh else outlet.stamp(n, tick.t))
-
-    def publish_crowds(self, tick: Tick) -> None:
-        """Put the new values of all agents, for programs that look at all at once."""
+                own = stamp if fresh else outlet.stamp(n, tick.t)
+                outlet.publish(own, wanted=wanted)
         for crowd in self.crowds:
-            crowd.publish(tick.n, tick.t, self._badge)
+            if crowd.kind == kind:
+                crowd.publish(n, stamp or pack_stamp(n, tick.t, self._badge))
 
     def forget(self) -> None:
         """Forget the values of a clock that is gone."""
         for outlet in self.all:
             outlet.n = 0
             outlet.recent.clear()
+        for crowd in self.crowds:
+            crowd.recent.clear()

@@ -1,10 +1,17 @@
 """Sources of a host: values that come over the network, and its own free agents'."""
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
 
-from rems_net.agents.about.wiring import Entry, Written
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from operator import itemgetter
+
+from rems_net.agents.about.payloads import MANY, Later, Waiting
+from rems_net.agents.about.wiring import Entry, Written, names_all
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
+from rems_net.agents.protocol.crowds import CrowdValues
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
@@ -14,7 +21,7 @@ from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.visits import Visits
 from rems_net.errors import RemsError
-from rems_net.router.keys import STEP
+from rems_net.router.keys import ALL, STEP, crowd_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack_stamp
 from rems_net.router.session import Session
@@ -40,6 +47,8 @@ def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
     written = [kind, name, *(port or "*")]
     if inlet.run.in_step:  # a free-running reader takes what comes
         written.insert(2, STEP)
+        if names_all(inlet.source):
+            own.add(full(kind, ALL, *written[2:]))
     return own | {full(*written)}
 
 
@@ -80,6 +89,17 @@ class Others:
             return Peer(written, key, converter, self._inbox, inlet.phase)
         return Newest(written, key, converter, self._inbox)
 
+    def together(self, sources: Sequence[Source]) -> list[Source]:
+        """Return the sources; those whose payloads may come at once are one."""
+        alike: dict[object, Together] = {}
+        for one in sources:
+            if isinstance(one, Peer) and isinstance(one.converter, Later):
+                known = alike.setdefault(one.alike(), Together(one.converter.waiting))
+                known.peers.append(one)
+        many = [some for some in alike.values() if len(some.peers) >= MANY]
+        grouped = {id(one) for some in many for one in some.peers}
+        return [*(one for one in sources if id(one) not in grouped), *many]
+
 
 class Peer:
     """An agent of another process, in lock-step: each value by its tick."""
@@ -94,23 +114,77 @@ class Peer:
     ):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
-        self._writer = written.entry
-        self._key, self._converter, self._inbox = key, converter, inbox
+        self._writer, self._digest = written.entry, written.digest
+        self._key, self.converter, self._inbox = key, converter, inbox
         #: whether its reader reads the value of this tick
         self._earlier = written.entry.phase < phase
         #: tick of the value that the reader has
-        self._have = 0
+        self.have = 0
+
+    def alike(self) -> object:
+        """Return the same for all that one process writes at the same ticks."""
+        writer, port = self._writer, crowd_key(self._key)[0]
+        about = self._digest, self.have, writer.badge, writer.every, writer.since
+        return port, *about
+
+    def due(self, tick: Tick) -> int:
+        """Return the tick of the value to read; 0 if the reader has it."""
+        due = self._writer.due(tick.n if self._earlier else tick.n - 1)
+        return 0 if due == self.have else due
 
     def take(self, tick: Tick) -> Value | None:
         """Return the value that is due, waiting for it. Raises Gone."""
-        due = self._writer.due(tick.n if self._earlier else tick.n - 1)
-        if due == self._have:
+        due = self.due(tick)
+        if not due:
             return None
         came = self._inbox.value(self._key, due, self._writer)
         if came is None:
             raise Gone
-        self._have = due
-        return self._converter.decode(came.payload), came.said
+        self.have = due
+        return self.converter.decode(came.payload), came.said
+
+    def beside(self, due: int) -> CrowdValues | None:
+        """Return the values in one message with its own of that tick, if there is one.
+
+        due: 0 for none.
+        """
+        if not due or self._inbox.value(self._key, due, self._writer) is None:
+            return None
+        return self._inbox.membership.crowd(self._key, due)
+
+
+class Together:
+    """Agents of one process whose payloads can be taken from one message."""
+
+    key = label = ""
+    entry: Entry | None = None
+
+    def __init__(self, waiting: Waiting):
+        self._waiting, self.peers = waiting, list[Peer]()
+        #: the places of their payloads in messages with `_where`, if all are there
+        self._places: Callable[[Sequence[bytes]], tuple[bytes, ...]] | None = None
+        self._where: Mapping[str, int] = {}
+
+    @cached_property
+    def _keys(self) -> list[str]:
+        return [one.key for one in self.peers]
+
+    def take(self, tick: Tick) -> None:
+        """Put aside the payloads that are due."""
+        due = self.peers[0].due(tick)
+        some = self.peers[0].beside(due)
+        if some is not None and some.where is not self._where:
+            self._where = some.where
+            places = [some.where.get(key.split("/")[1]) for key in self._keys]
+            self._places = None if None in places else itemgetter(*places)
+        if some is None or self._places is None:
+            for one in self.peers:
+                with suppress(Gone):
+                    one.take(tick)
+            return
+        for one in self.peers:
+            one.have = due
+        self._waiting.add(self._keys, self._places(some.payloads))
 
 
 class Newest:

@@ -3,9 +3,9 @@
 Each `read_...` raises WireError for anything else. `docs/time.md` has them in a table.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol import limits
@@ -25,7 +25,9 @@ from rems_net.agents.protocol.shapes import (
     wrong,
 )
 from rems_net.agents.tick import Tick
+from rems_net.agents.verbs import perform
 from rems_net.errors import WireError
+from rems_net.router.mail import Question
 from rems_net.router.message import BADGES, LAST_TICK, pack, read
 
 
@@ -277,3 +279,15 @@ def read_claim(payload: bytes) -> Claim:
 def read_badge(payload: bytes) -> int:
     """Read the badge of a host that asks whether it is still a member."""
     return whole(read(payload), "its badge", 1, BADGES)
+
+
+def answer_call(
+    question: Question, key: str, verbs: Mapping[str, Callable[..., Any]]
+) -> None:
+    """Call the verb at `key`, and answer; an error goes to the caller."""
+    try:
+        payload = question.payload
+    except WireError as error:
+        question.answer(key, pack({"error": str(error)}))
+        return
+    question.answer(key, perform(verbs, key.rpartition("/")[2], payload))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rems_net.agents.about.wiring import Entry, resolve, writers
+from rems_net.agents.about.wiring import Entry, names_all, resolve, writers
 from rems_net.agents.protocol import limits, shapes
 from rems_net.agents.protocol.badge import RUNS
 from rems_net.errors import WireError
@@ -79,13 +79,19 @@ class Roster:
             if self.agents[key].lockstep and self.agents[key].phase < reader.phase
         }
 
-    def read_outside(self, host: str) -> set[str]:
+    def read_outside(self, host: str, *, all_at_once: bool = True) -> set[str]:
         """Return the ports (`robot/sim/state`) of `host` that other hosts wait for.
 
-        Only for agents in lock-step.
+        Only for agents in lock-step. all_at_once: also those that are only read with
+        those of all agents of their kind, which can come in one message.
         """
         others = [e for e in self.agents.values() if e.host != host and e.lockstep]
-        sources = {source for entry in others for source in entry.reads}
+        sources = {
+            source
+            for entry in others
+            for source in entry.reads
+            if all_at_once or not names_all(source)
+        }
         own = {k: e for k, e in self.agents.items() if e.host == host}
         found: set[str] = set()
         for one in sources:

@@ -17,6 +17,7 @@ from typing import Any
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol.alike import pack_version, read_version
 from rems_net.agents.protocol.badge import badge_of
+from rems_net.agents.protocol.crowds import pack_crowd, read_crowd
 from rems_net.agents.protocol.messages import (
     Admission,
     Farewell,
@@ -89,6 +90,10 @@ OFFER = Offer(
     {"lab.py": "f" * 64},
     False,
 )
+CROWDS = [
+    pack_crowd([pack(f"bot{i}") + pack({"x": 0.5 * i}) for i in range(count)])
+    for count in (1, 3, 20)
+]
 CALL = request((1, "a"), {"b": [2.0]})
 
 
@@ -149,6 +154,8 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
     ),
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),
+    "rems/<kind>/@crowd/<port>": (read_crowd, CROWDS),
+    "rems/<kind>/@crowd/@step/<port>": (read_crowd, CROWDS),
 }
 #: keys of the page at which nothing is decoded that was not listed above: tokens and
 #: text, what is only asked for, and values, whose decoder `tests.defdict.fuzz` tries
@@ -157,7 +164,6 @@ OTHERS = {
     "rems/stop/@holds",
     "rems/stop/@release",
     "rems/<kind>/<name>/<port>",
-    "rems/<kind>/@crowd/<port>",
     "rems/robot/<name>/command",
     "rems/clock/@run/<run>",
     "rems/clock/@member/<badge>",
