@@ -295,8 +295,7 @@ class Host:
         self._epoch = roster.epoch
         self._others.packed = roster.schemas
         self.engine.connect(roster.agents, self._others)
-        read = roster.read_outside(self.name)
-        self._outlets.connect(roster, read)
+        read = self._outlets.connect(roster, self.name)
         self.engine.visits.read = {port.rpartition("/")[0] for port in read}
 
     def _serve_calls(self) -> None:

@@ -1,7 +1,7 @@
 """Outlet: publisher of one of an agent's Outs."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Container, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
 from rems_net.agents.agent import PHASES, Agent
@@ -281,8 +281,8 @@ class Outlets:
         for crowd in self.crowds:
             crowd.publisher.look()
 
-    def connect(self, roster: Roster, read_outside: Container[str]) -> None:
-        """Publish for the members of this roster. read_outside: ports they wait for."""
+    def connect(self, roster: Roster, host: str) -> set[str]:
+        """Publish for the members of this roster; return the ports they wait for."""
         self._kinds = {kind: [] for kind in PHASES}
         read = roster.read_outside(host)
         alone = roster.read_outside(host, all_at_once=False) if self.crowds else read
@@ -292,6 +292,7 @@ class Outlets:
             key = f"{outlet.agent.key}/{outlet.port}"
             packed = key in read and key not in alone and outlet.run.in_step
             outlet.want(key in read and not packed, packed)
+        return read
 
     def publish(self, kind: str, tick: Tick) -> None:
         """Put the new values of the agents of a kind, if they are read or watched."""
