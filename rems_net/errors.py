@@ -169,6 +169,12 @@ def uncoded(error: object) -> str:
     return re.sub(r" \(R\d{4}\)$", "", str(error))
 
 
+def because(error: object) -> str:
+    """Return the message of an error, without its code, to end a longer sentence."""
+    text = uncoded(error)
+    return text if text.endswith(("?", ".")) else f"{text}."
+
+
 def longer(error: object, more: str) -> str:
     """Return a message with `more` behind it; its code stays at the end."""
     text, bare = str(error), uncoded(error)

@@ -2,7 +2,8 @@
 
 A name is the end of a field's key, with dots: `x`, `state.x`, `sim.state.x`; a number
 may have a unit behind it. Everything is calculated in SI units, so `x` is in metres.
-Values are numbers or arrays: of many robots, or of all ticks of a run.
+Values are numbers or arrays: of many robots, or of all ticks of a run. What cannot be
+calculated, such as 1 / 0, is nan or infinite.
 """
 
 import ast
@@ -10,7 +11,7 @@ import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import pi
+from math import nan, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +33,8 @@ _QUANTITY = re.compile(
     r"(?<![\w.])(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*"
     r"(?!and\b|or\b)([^\W\d]\w*|%|°)((?:[*/][^\W\d]\w*|\*\*-?\d)*)"
 )
+#: characters of an expression
+LONGEST = 1000
 #: how names of quantities begin while the text is parsed
 _HELD = "quantity__"
 
@@ -108,6 +111,8 @@ class Part(NamedTuple):
     dimension: Dimension
     value: Value
     unit: str = ""
+    #: whether it is true or false
+    truth: bool = False
 
 
 class Expression(NamedTuple):
@@ -125,6 +130,11 @@ class Expression(NamedTuple):
 
 def _least(a: Any, b: Any) -> Any:
     return np.minimum(a, b) if isinstance(a + b, np.ndarray) else min(a, b)
+
+
+def _root(x: Any) -> Any:
+    # Both are exact to the last bit; a power of 0.5 is not.
+    return sqrt(x) if isinstance(x, float | int) else np.sqrt(x)
 
 
 def _most(a: Any, b: Any) -> Any:
@@ -166,6 +176,8 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
     `before.x` is the value a step ago.
     """
     found: list[Part] = []
+    if not isinstance(text, str) or len(text) > LONGEST:
+        raise ExperimentError(f"it is no text of at most {LONGEST} characters (R0925)")
 
     def keep(match: re.Match[str]) -> str:
         found.append(_quantity(float(match[1]), match[2] + match[3]))
@@ -179,7 +191,21 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
         raise ExperimentError("it is no expression (R0925)") from None
     compiler = _Compiler(names, found, lasting)
     part = compiler.part(tree)
-    return Expression(part.value, part.unit, [*compiler.places], compiler.lasts)
+    places = [*compiler.places]
+    return Expression(_finished(part.value), part.unit, places, compiler.lasts)
+
+
+def _finished(value: Value) -> Value:
+    """Return a value that is nan or infinite where it cannot be calculated."""
+
+    def calculated(now: Moment, before: Moment) -> Any:
+        with np.errstate(all="ignore"):
+            try:
+                return value(now, before)
+            except (ArithmeticError, ValueError):  # of numbers; arrays go on
+                return nan
+
+    return calculated
 
 
 def _quantity(number: float, unit: str) -> Part:
@@ -226,7 +252,7 @@ class _Compiler:
         match node:
             case ast.Constant(bool() | int() | float() as given):
                 number = given if isinstance(given, bool) else float(given)
-                return Part(PLAIN, lambda now, before: number)
+                return Part(PLAIN, lambda now, before: number, "", given is number)
             case ast.Name() | ast.Attribute():
                 return self._name(node)
             case ast.Subscript(ast.Name() | ast.Attribute(), ast.Constant(int())):
@@ -239,19 +265,17 @@ class _Compiler:
                     return part
                 return part._replace(value=_applied(operator.neg, [part]))
             case ast.UnaryOp(ast.Not(), inner):
-                part = self.part(inner)
-                return Part(PLAIN, _applied(lambda one: one ^ True, [part]))
+                parts = self._truths([inner])
+                return Part(PLAIN, _applied(lambda one: one ^ True, parts), "", True)
             case ast.BoolOp(op, values):
                 both = operator.and_ if isinstance(op, ast.And) else operator.or_
-                parts = [self.part(one) for one in values]
-                return Part(PLAIN, _applied(partial(_folded, both), parts))
+                parts = self._truths(values)
+                return Part(PLAIN, _applied(partial(_folded, both), parts), "", True)
             case ast.Compare():
                 return self._compare(node)
             case ast.Call(ast.Name(function), arguments, []):
                 return self._call(function, arguments)
-        raise ExperimentError(
-            f"{ast.unparse(node)!r} cannot be calculated here (R0925)"
-        )
+        raise ExperimentError(f"{_shown(node)!r} cannot be calculated here (R0925)")
 
     def _name(self, node: ast.expr, element: int | None = None) -> Part:
         text = ast.unparse(node)
@@ -274,7 +298,18 @@ class _Compiler:
                 found = found[..., element]
             return found if factor == 1.0 else found * factor
 
-        return Part(dimension, value, unit)
+        return Part(dimension, value, unit, field.dtype == "bool")
+
+    def _truths(self, nodes: Sequence[ast.expr]) -> list[Part]:
+        """Return these parts. Raises ExperimentError if one is not true or false."""
+        parts = [self.part(one) for one in nodes]
+        for part, node in zip(parts, nodes, strict=True):
+            if not part.truth:
+                raise ExperimentError(
+                    f"{_shown(node)!r} is a number, neither true nor false; compare "
+                    "it, such as x > 1 m (R0925)"
+                )
+        return parts
 
     def _sum(self, node: ast.BinOp) -> Part:
         a, b = self.part(node.left), self.part(node.right)
@@ -297,22 +332,20 @@ class _Compiler:
                 dimension = tuple(power * one for one in a.dimension)
                 value = _applied(operator.pow, [a, b])
                 return Part(dimension, value, _text(dimension))
-        raise ExperimentError(
-            f"{ast.unparse(node)!r} cannot be calculated here (R0925)"
-        )
+        raise ExperimentError(f"{_shown(node)!r} cannot be calculated here (R0925)")
 
     def _compare(self, node: ast.Compare) -> Part:
         parts = [self.part(one) for one in (node.left, *node.comparators)]
         self._alike(parts, node)
         functions = [_COMPARE.get(type(one)) for one in node.ops]
         if not all(functions):
-            raise ExperimentError(f"{ast.unparse(node)!r} compares no numbers (R0925)")
+            raise ExperimentError(f"{_shown(node)!r} compares no numbers (R0925)")
 
         def compare(*values: Any) -> Any:
             rows = zip(functions, values, values[1:], strict=False)
             return _folded(operator.and_, *(f(a, b) for f, a, b in rows if f))
 
-        return Part(PLAIN, _applied(compare, parts))
+        return Part(PLAIN, _applied(compare, parts), "", True)
 
     def _call(self, name: str, arguments: Sequence[ast.expr]) -> Part:
         if self._lasting and name in _LASTING and len(arguments) == 1:
@@ -336,7 +369,7 @@ class _Compiler:
         if name == "sqrt" and not isinstance(first, str):
             half = tuple(one // 2 for one in first)
             if tuple(2 * one for one in half) == first:
-                return Part(half, _applied(lambda one: one**0.5, parts), _text(half))
+                return Part(half, _applied(_root, parts), _text(half))
         if first != PLAIN or name == "sqrt":
             raise ExperimentError(f"{name}() takes a number without a unit (R0925)")
         return Part(PLAIN, _applied(_PLAIN[name], parts))
@@ -344,13 +377,17 @@ class _Compiler:
     @staticmethod
     def _alike(parts: Sequence[Part], node: ast.expr | str) -> None:
         if len({part.dimension for part in parts}) > 1:
-            text = node if isinstance(node, str) else ast.unparse(node)
-            text = re.sub(rf"\(?{_HELD}\d+\)?", "...", text)
+            text = node if isinstance(node, str) else _shown(node)
             units = dict.fromkeys(part.unit or "a plain number" for part in parts)
             raise ExperimentError(
                 f"in {text!r} {' and '.join(units)} do not fit; write units, such as "
                 "1 m (R0925)"
             )
+
+
+def _shown(node: ast.expr) -> str:
+    """Return the text of a piece, with dots for quantities, and shortened."""
+    return re.sub(rf"\(?{_HELD}\d+\)?", "...", ast.unparse(node))[:60]
 
 
 def _product(a: Part, b: Part, sign: int) -> Dimension:

@@ -10,7 +10,7 @@ from rems_net.agents.robot import Robot
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.defdict.expression import Value, compiled
-from rems_net.errors import ExperimentError, RemsError, uncoded
+from rems_net.errors import ExperimentError, RemsError, because
 from rems_net.gym.direct import Direct, Stage
 from rems_net.gym.env import Given, RobotEnv
 from rems_net.gym.fabric import OnFabric
@@ -240,7 +240,7 @@ def _compiled(text: str, names: Names, what: str) -> Value:
         return compiled(text, names).value
     except RemsError as error:
         raise ExperimentError(
-            f"{what} is {text!r}: {uncoded(error).rstrip('.')}. Expected such as "
+            f"{what} is {text!r:.80}: {because(error)} Expected such as "
             "'x > 1 m' or 'before.x - x'. (R0925)"
         ) from None
 

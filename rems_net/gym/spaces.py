@@ -177,7 +177,10 @@ class Layout:
         return [schema.around(leaves[part]) for schema, part in made]
 
     def _numbers(self, action: Any, clip: bool) -> list[Any]:
-        array = np.asarray(action, np.float64)
+        try:
+            array = np.asarray(action, np.float64)
+        except (TypeError, ValueError):  # a text, a ragged list
+            array = np.empty(())
         if array.shape != self.middle.shape:
             raise self._misshapen(array.shape, self.middle.shape)
         if self.normalise:

@@ -18,7 +18,7 @@ from rems_net.defdict.expression import (
     compiled,
     dotted,
 )
-from rems_net.errors import ExperimentError, RemsError, uncoded
+from rems_net.errors import ExperimentError, RemsError, because
 
 #: `goal = hypot(x, y)`
 _NAMED = re.compile(r"\s*([^\W\d]\w*)\s*=(?!=)(.*)", re.S)
@@ -54,7 +54,7 @@ class Measure(NamedTuple):
             with np.errstate(all="ignore"):
                 found = np.asarray(self.expression.value(now, now))
         except ArithmeticError as error:
-            raise _refused(self.name, str(error)) from None
+            raise _refused(self.name, because(error)) from None
         return plain((found[-1] if found.ndim else found)[()]), self.unit
 
 
@@ -95,7 +95,7 @@ def _read(text: str, names: Names, agents: Mapping[str, Agent]) -> Measure:
                 return Measure(name, field.unit, [(port, path)])
         made = compiled(expression, names, lasting=True)
     except RemsError as error:
-        raise _refused(text, uncoded(error).rstrip(".")) from None
+        raise _refused(text, because(error)) from None
     return Measure(name, made.unit, made.places, made.lasting, names, made)
 
 
@@ -112,6 +112,6 @@ def sampled(
 
 def _refused(text: str, why: str) -> ExperimentError:
     return ExperimentError(
-        f"{text!r} cannot be measured: {why}. Expected an expression, such as "
+        f"{text!r:.80} cannot be measured: {why} Expected an expression, such as "
         "sim.state.x, max(sim.state.x) or hypot(x, y) - 1 m. (R1023)"
     )

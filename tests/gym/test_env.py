@@ -180,13 +180,15 @@ def test_a_task_is_a_class_or_expressions_with_units() -> None:
         ("0 m < x < 30 cm", True),
         ("sqrt(x * x)", 0.25),
         ("command.wheel.left * 20 mm < 1 m/s", True),
+        ("1 / y", float("nan")),
+        ("sqrt(0 - 1)", float("nan")),
     ],
 )
 def test_expressions(expression: str, value: float) -> None:
     env = made(alone(), reward=f"{expression}", limit="1 s")
     env.reset(seed=1, options={"start": {"robot/sim": {"x": 0.25}}})
     reward = env.step([0.0, 0.0])[1]
-    assert reward == pytest.approx(float(value))
+    assert reward == pytest.approx(float(value), nan_ok=True)
 
 
 class Talker(Definition):
@@ -209,6 +211,10 @@ MISTAKES = [
     ({"ends": "x > 1 furlongs2"}, "is not a unit that unyt knows"),
     ({"ends": "speed > 1"}, "'speed' is no value here; there is sim.state.x"),
     ({"ends": "x > "}, "it is no expression"),
+    ({"ends": "x > 1 m and y"}, "'y' is a number, neither true nor false; compare it"),
+    ({"ends": "not x"}, "'x' is a number, neither true nor false; compare it"),
+    ({"reward": "x" + " + x" * 1000}, "it is no text of at most 1000 characters"),
+    ({"reward": 5}, "it is no text of at most 1000 characters"),
     ({"reward": "x if y else 0"}, "cannot be calculated here"),
     ({"reward": "open('a')"}, "there is no function open() of 1; there is abs, atan2"),
     ({"reward": "mean(x)"}, "there is no function mean() of 1"),
@@ -281,17 +287,19 @@ def test_two_worlds_in_one_process() -> None:
 
 BAD = [
     ([1.0], "the action has the shape (1,); expected (2,)"),
+    ("left", "the action has the shape (); expected (2,)"),
+    ([[1.0], 2.0], "the action has the shape (); expected (2,)"),
     ([9.0, 0.0], "is 9 rad/s; expected -7.3 to 7.3 rad/s. To limit it"),
     ([np.nan, 0.0], "is nan rad/s; expected -7.3 to 7.3 rad/s. Does the policy"),
 ]
 
 
 @pytest.mark.parametrize(("action", "sentence"), BAD)
-def test_a_bad_action_is_one_sentence(action: list[float], sentence: str) -> None:
+def test_a_bad_action_is_one_sentence(action: Any, sentence: str) -> None:
     env = made(alone())
     env.reset(seed=1)
     with pytest.raises(FieldValueError) as caught:
-        env.step(np.array(action))
+        env.step(action)
     assert sentence in str(caught.value)
     env.step(np.array([1.0, 1.0]))  # nothing has happened
 
