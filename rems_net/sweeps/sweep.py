@@ -19,6 +19,7 @@ from rems_net.agents.experiment.direct import check_direct
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.folder import locked
+from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.robot import Driver
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError, RemsError, uncoded
@@ -158,6 +159,8 @@ def _variants(lab: Experiment, runs: Sequence[Run]) -> Manifest:
     agents = lab.check()
     check_direct(lab.plans, agents)
     lab.ticks(agents)  # it has an end
+    if nobody := idle(agents, lab.plans):
+        warn("idle", nobody)
     spec = origins.manifest(lab, agents, native=True)
     sources, versions = dict(spec.sources), dict(spec.versions)
     before = {key: [*plan.classes] for key, plan in lab.plans.items()}

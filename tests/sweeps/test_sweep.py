@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from rems_net import sweep
+from rems_net import Experiment, sweep
 from rems_net.errors import UnknownFieldError
 from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
@@ -230,3 +230,12 @@ def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text(SCRIPT)
     done = python(tmp_path, "script.py")
     assert (done.stdout, done.stderr, done.returncode) == ("once\n4\n", "", 0)
+
+
+def test_robots_that_nothing_commands_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    still = Experiment("still", dt="0.1 s", duration="0.2 s")
+    still.robot("sim", "woodbot", "kinematic")
+    sweep(still, {"robot/sim.track": "90..130 mm/2"}, workers=1, out=tmp_path / "s")
+    assert "warning: nothing commands robot/sim, and" in capsys.readouterr().err

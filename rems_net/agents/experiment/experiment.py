@@ -114,8 +114,7 @@ class Experiment(Lineup):
         agents = self.check()
         ticks = self.ticks(agents)
         factor = self.pace if pace is None else check_pace(pace)
-        told = [key for key, plan in self.plans.items() if plan.reads("command")]
-        nobody = "" if factor else idle(agents, told)
+        nobody = "" if factor else idle(agents, self.plans)
         if not factor:
             check_hands(agents)
         if direct or self.direct:

@@ -84,8 +84,7 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
         for text in doubts(agents):
             warn(text)
         rest = try_first_ticks(experiment, agents)
-    told = [key for key, p in experiment.plans.items() if p.reads("command")]
-    sentence = "" if factor else idle(agents, told)
+    sentence = "" if factor else idle(agents, experiment.plans)
     return Checked(experiment, agents, ticks, factor, sentence, rest)
 
 

@@ -7,7 +7,7 @@ from rems_net.agents import parts
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan
 from rems_net.agents.robot import Robot
-from rems_net.errors import ExperimentError, nearest
+from rems_net.errors import ExperimentError, nearest, some
 from rems_net.scenes.marking import MARKER
 from rems_net.toml import TOMLDecodeError, loads
 
@@ -33,15 +33,17 @@ def set_in(lab: Lineup, where: str, value: object) -> None:
         agent.prepare()
         slots["parameters"] = agent.parameters.schema
         slots["initial"] = agent.state.schema
-        slots["marker"] = MARKER
+        if plan.marker:
+            slots["marker"] = MARKER
     for slot in (one for one in SLOTS if one in slots):
         if path in slots[slot].entries or path in slots[slot].paths:
             changed = _changed(getattr(plan, slot), path.split("/"), value)
             setattr(plan, slot, changed)
             return
-    have = [path for slot in SLOTS if slot in slots for path in slots[slot].paths]
+    paths = (path for slot in SLOTS if slot in slots for path in slots[slot].paths)
+    have = [*dict.fromkeys(paths)]
     raise ExperimentError(
-        f"{key} has no setting {path!r}; it has {', '.join(have) or 'none'}."
+        f"{key} has no setting {path!r}; it has {some(have) if have else 'none'}."
         f"{nearest(path, have)} (R0436)"
     )
 

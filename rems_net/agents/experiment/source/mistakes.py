@@ -128,16 +128,16 @@ def _check_taken(kind: str, cls: type[Agent], mine: str, name: str) -> None:
         )
 
 
-def idle(agents: Mapping[str, Agent], told: Collection[str]) -> str:
+def idle(agents: Mapping[str, Agent], plans: Mapping[str, Plan]) -> str:
     """Return a sentence about robots that nothing commands at full speed; or "".
 
-    told: robots whose command is connected. A robot with a safe command other than
-    standstill is left out: that may be on purpose. So is one that obeys nothing.
+    A robot with a safe command other than standstill is left out: that may be on
+    purpose. So is one that obeys nothing.
     """
     rest = [
         agent
         for key, agent in agents.items()
-        if key not in told and getattr(agent, "obeys", True)
+        if not plans[key].reads("command") and getattr(agent, "obeys", True)
     ]
     idle = [a.key for a in rest if isinstance(a, Robot) and not any(_numbers(a))]
     if not idle:
