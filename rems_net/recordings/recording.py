@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from rems_net.recordings.parting.why import Why
     from rems_net.recordings.plot import Picture
 
+#: file of a sweep, beside the folders of its runs
+SWEEP = "sweep.json"
 #: robots that are named where a recording is printed
 NAMED = 8
 #: Those that are open, by folder: a later run may move what they read.
@@ -46,6 +48,10 @@ def read(folder: Path | str, *, like: str = "") -> Recording:
         raise ExperimentError(
             f"{what}; expected the folder of a run, such as runs/demo.{near(path)} "
             "(R0840)"
+        )
+    if (path / SWEEP).exists():
+        raise ExperimentError(
+            f"{path} is a sweep; name one of its runs, such as {path / '001'}. (R0840)"
         )
     files = sorted([*path.glob("*.csv"), *path.glob("*.mcap")], key=natural)
     if not files and not any(path.glob("*/*.png")):

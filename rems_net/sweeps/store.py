@@ -17,10 +17,11 @@ from rems_net.agents.experiment.folder import move_away, shown
 from rems_net.errors import ExperimentError
 from rems_net.events import info
 from rems_net.reading import TABLE, read_file
+from rems_net.recordings.recording import SWEEP
 from rems_net.sweeps.work import Made, Row
 
-#: what the sweep is, and the row of a run in its folder
-SWEEP, ROW = "sweep.json", "row.json"
+#: the row of a run, in its folder
+ROW = "row.json"
 CSV, PARQUET = "table.csv", "table.parquet"
 #: begins the name of a folder that is being written
 PART = ".part-"

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
-from rems_net import Experiment, sweep
-from rems_net.errors import UnknownFieldError
+from rems_net import Experiment, read, sweep
+from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
 from tests.agents.runs import until
@@ -110,6 +110,8 @@ def test_the_table_has_units(tmp_path: Path) -> None:
     assert swept.table["way [m]"].shape == (2,)
     with pytest.raises(UnknownFieldError, match="there is no run 3 in"):
         swept[3]
+    with pytest.raises(ExperimentError, match=r"s is a sweep; name one .*s/001\."):
+        read(swept.folder)
 
 
 def test_the_table_for_other_programs(tmp_path: Path) -> None:
