@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import pi
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from rems_net.errors import ExperimentError
 from rems_net.identification.noise import SensorNoise
 from rems_net.identification.suggest import Suggestion
 from rems_net.recordings.parameters.identified import Origin, write_identified
+
+#: columns of a terminal
+WIDE = 79
 
 
 @dataclass
@@ -100,6 +105,7 @@ class Identified:
         """Return the report, line by line."""
         lines = [f"{self.name}: {self.length:.1f} s, {self.rows} rows"]
         rows = [("parameter", "was", "is", "95 % interval")]
+        sentences: list[str] = []
         for one in self.parameters:
             if one.adopted:
                 low, high = one.value - one.half, one.value + one.half
@@ -107,24 +113,28 @@ class Identified:
                 rows.append(
                     (one.name, one.text(one.before), one.text(one.value), between)
                 )
-        wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for first, *rest in rows if len(rows) > 1 else ():
-            cells = map(str.rjust, rest, wide[1:])
-            lines.append("  ".join([first.ljust(wide[0]), *cells]))
-        for one in self.parameters:
-            if not one.adopted:
-                lines.append(f"{one.name} stays {one.text(one.before)}: {one.why}.")
-        for path, unit in self.units.items():
-            if path in self.before:
-                after = f"{self.after[path]:.3g} {unit}".strip()
-                before = f"{self.before[path]:.3g} {unit}".strip()
-                lines.append(
-                    f"{path}: error of a prediction over {self.seconds:.1f} s that "
-                    f"were not used: {after}, before {before} (root mean square)."
-                )
-        lines += [f"Note: {note}." for note in self.notes]
-        lines += map(str, self.noise)
-        lines += [f"Drive next: {one}." for one in self.suggestions[:1]]
+            else:
+                sentences.append(f"{one.name} stays {one.text(one.before)}: {one.why}.")
+        lines += _table(rows) if len(rows) > 1 else []
+        lines += _wrapped(sentences)
+        rows = [
+            (path, _shown(self.before[path], unit), _shown(self.after[path], unit))
+            for path, unit in self.units.items()
+            if path in self.before
+        ]
+        if rows:
+            lines.append(
+                f"prediction over {self.seconds:.1f} s that were not used, root mean "
+                "square"
+            )
+            lines += _table([("error of", "was", "is"), *rows])
+        lines += _wrapped(
+            [
+                *(f"Note: {note}." for note in self.notes),
+                *map(str, self.noise),
+                *(f"Drive next: {one}." for one in self.suggestions[:1]),
+            ]
+        )
         if taken := self.adopted():
             words = ", ".join(f"{_key(n)} = {_text(v)}" for n, v in taken.items())
             lines.append("Write this to the robot in the experiment's file:")
@@ -132,6 +142,30 @@ class Identified:
         else:
             lines.append("The parameters as they are predict best; change nothing.")
         return lines
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return lines with aligned columns."""
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join([first.ljust(wide[0]), *map(str.rjust, rest, wide[1:])])
+        for first, *rest in rows
+    ]
+
+
+def _wrapped(sentences: Iterable[str]) -> list[str]:
+    """Return lines that fit a terminal."""
+    return [
+        line
+        for sentence in sentences
+        for line in wrap(sentence, WIDE, subsequent_indent="  ")
+    ]
+
+
+def _shown(value: float, unit: str) -> str:
+    """Return a small value with a unit that people read."""
+    factor, unit = {"m": (1e3, "mm"), "rad": (180 / pi, "deg")}.get(unit, (1.0, unit))
+    return f"{value * factor:.3g} {unit}".strip()
 
 
 def _key(name: str) -> str:
