@@ -71,10 +71,11 @@ class Identified:
 
         Raises ExperimentError if none was adopted, and OSError.
         """
-        if self.origin is None or not self.adopted():
+        sure = [one for one in self.noise if one.known]
+        if self.origin is None or not (sure or self.adopted()):
             raise ExperimentError(
-                f"no parameter of {self.name} was adopted, so there is nothing to "
-                "write; drive longer, and in curves of both directions. (R0880)"
+                f"no parameter or noise of {self.name} was found, so there is nothing "
+                "to write; drive longer, and in curves of both directions. (R0880)"
             )
         remarks = {
             one.name: f"{one.value - one.half:.4g} to {one.value + one.half:.4g}, 95 % "
@@ -82,8 +83,10 @@ class Identified:
             for one in self.parameters
             if one.adopted
         }
+        remarks |= {one.name: f"{one.rows} rows" for one in sure}
+        noise = {one.name: one.figures() for one in sure}
         found = {**self.stated, **self.adopted()}
-        write_identified(Path(path), self.origin, found, remarks)
+        write_identified(Path(path), self.origin, found, noise, remarks)
 
     def adopted(self) -> dict[str, str | float]:
         """Return the adopted parameters for an experiment: texts with units."""

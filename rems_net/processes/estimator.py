@@ -16,6 +16,7 @@ import numpy as np
 
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.table import table
 from rems_net.agents.tick import Tick
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
@@ -33,7 +34,6 @@ from rems_net.maths.ukf import Floats, Moments, points, predicted, product, upda
 from rems_net.processes.model import model_of
 from rems_net.processes.motion import Motion
 from rems_net.processes.turns import Turns
-from rems_net.processes.words import table
 
 #: Least variance of a reading, in its unit: with 0 nothing could be divided by it.
 LEAST = 1e-18
@@ -97,7 +97,7 @@ class Estimator(Process):
     def _noise(self) -> dict[str, Noise]:
         """Return the noise of each sensor that has some; others are not used."""
         robot, given = self.model, table(self.options.noise, "noise")
-        stated: Mapping[str, Noise] = getattr(robot, "noise", dict)()
+        stated = robot.noises()
         schema = robot.sensors.schema
         found: dict[str, Noise] = {}
         for glob, one in stated.items():

@@ -1,4 +1,4 @@
-"""Words: options of a process that are a line of TOML, such as `track = "100 mm"`."""
+"""Table: options of an agent that are a line of TOML, such as `track = "100 mm"`."""
 
 import re
 from typing import Any
