@@ -63,7 +63,7 @@ def read_noises(given: Mapping[str, Any], what: str) -> dict[str, Noise]:
         except (AttributeError, TypeError, ValueError):
             raise SchemaError(
                 f"{what} has {path!r} = {values!r:.60}; expected such as {{ relative = "
-                "0.04 }, or absolute and bias in the sensor's own unit. (R0884)"
+                "0.04 }, or absolute and bias in the sensor's own unit. (R0883)"
             ) from None
     return found
 
