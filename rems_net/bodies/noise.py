@@ -2,10 +2,11 @@
 
 from bisect import bisect
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from math import inf, pi, sqrt
 from random import Random
+from typing import Any
 
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import SchemaError
@@ -52,6 +53,21 @@ class Noise:
         return spread + a + (b - a) * (true - low) / (high - low)
 
 
+def read_noises(given: Mapping[str, Any], what: str) -> dict[str, Noise]:
+    """Return noise from tables: {"gyro/z": {"absolute": 0.01}}. Raises SchemaError."""
+    found = {}
+    for path, values in given.items():
+        try:
+            sizes: dict[str, Any] = {key: float(one) for key, one in values.items()}
+            found[path] = replace(Noise(), **sizes)
+        except (AttributeError, TypeError, ValueError):
+            raise SchemaError(
+                f"{what} has {path!r} = {values!r:.60}; expected such as {{ relative = "
+                "0.04 }, or absolute and bias in the sensor's own unit. (R0883)"
+            ) from None
+    return found
+
+
 class Noisy:
     """Source of noise for sensors, with its own random numbers.
 
@@ -61,7 +77,8 @@ class Noisy:
     """
 
     def __init__(self, schema: Schema, noises: Mapping[str, Noise], seed: str):
-        self._rows = list(_rows(schema, noises))
+        # Of several that name a sensor, the last one counts.
+        self._rows = [*{row[0]: row for row in _rows(schema, noises)}.values()]
         random = Random(seed)
         self._normal = _normal(random)
         self._biases = [

@@ -10,13 +10,19 @@ from typing import Protocol, runtime_checkable
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.agents.runtime import runtime
+from rems_net.agents.table import table
 from rems_net.bodies.actuators import Actuators
-from rems_net.bodies.noise import Noise, Noisy
-from rems_net.defdict import DefDict, Schema, boolean
+from rems_net.bodies.noise import Noise, Noisy, read_noises
+from rems_net.defdict import DefDict, Field, Schema, boolean, text
 from rems_net.drivers.needs import missing
 
-#: option of every driver that is `Simulated`
-NOISE = boolean(default=False, doc="sensors with the noise that the definition states")
+#: options of every driver that is `Simulated`
+NOISE: dict[str, Field | Schema] = {
+    "noise": boolean(default=False, doc="sensors with noise, as the definition has it"),
+    "noises": text(
+        max_len=4096, doc="noise in place of that: gyro/z = { absolute = 0.01 }"
+    ),
+}
 
 
 @runtime_checkable
@@ -33,7 +39,7 @@ class Simulated(Driver):
     Its motors follow the command as the parameters `actuation/...` state.
     """
 
-    options = Settings(noise=NOISE)
+    options = Settings(NOISE)
     _noisy: Noisy | None = None
     #: None if the motors do at once what is commanded
     _actuators: Actuators | None = None
@@ -41,7 +47,7 @@ class Simulated(Driver):
     def prepare(self) -> None:
         """Check that the definition states its noise, if the option asks for it."""
         senses = type(self).sensors.schema_for(self.parameters) is not None
-        if self.options["noise"] and senses and not isinstance(self, Noised):
+        if self.options["noise"] and senses and not self.noises():
             raise missing(
                 self,
                 "noise()",
@@ -63,13 +69,19 @@ class Simulated(Driver):
         motors, command = self._actuators, self.command
         return command if motors is None else motors.acting(command, dt)
 
+    def noises(self) -> dict[str, Noise]:
+        """Return the noise that the definition states, and what replaces it."""
+        own = dict(self.noise()) if isinstance(self, Noised) else {}
+        given = table(self.options["noises"], "noises")
+        return own | read_noises(given, "option noises")
+
     def begin_noise(self) -> None:
         """Start the noise anew: the same numbers as at the start."""
         self._noisy = None
-        if self.options["noise"] and isinstance(self, Noised):
+        if self.options["noise"] and (found := self.noises()):
             schema = self.schemas().get("sensors", Schema("sensors"))
             seed = f"{runtime(self).seed} {self.key} noise"
-            self._noisy = Noisy(schema, self.noise(), seed)
+            self._noisy = Noisy(schema, found, seed)
 
     def add_noise(self) -> None:
         """Add noise to the sensors, if the option asks for it."""

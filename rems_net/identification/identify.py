@@ -69,7 +69,7 @@ def identify(
         what = "leave out --suggest" if suggest else "name some: --fit mass,track"
         raise ExperimentError(
             f"simulations by {driver} are too slow to try all parameters, or 20 "
-            f"drives; {what}. (R0883)"
+            f"drives; {what}. (R0882)"
         )
     base = dict(parameters or {})
     predictor = Predictor(definition, base)

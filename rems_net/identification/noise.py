@@ -49,6 +49,17 @@ class SensorNoise:
     bias: float = 0.0
     fault: str = ""
 
+    @property
+    def known(self) -> bool:
+        """Whether the recording shows it."""
+        return not self.fault and self.rows >= LEAST
+
+    def figures(self) -> dict[str, float]:
+        """Return what a simulated sensor needs: those that are not 0, rounded."""
+        sizes = {"relative": self.relative, "absolute": self.absolute}
+        sizes["bias"] = abs(self.bias)
+        return {name: float(f"{size:.4g}") for name, size in sizes.items() if size}
+
     def __str__(self) -> str:
         if self.fault:
             return f"{self.name}: {self.fault}; its noise is not known."

@@ -76,10 +76,11 @@ class Identified:
 
         Raises ExperimentError if none was adopted, and OSError.
         """
-        if self.origin is None or not self.adopted():
+        sure = [one for one in self.noise if one.known]
+        if self.origin is None or not (sure or self.adopted()):
             raise ExperimentError(
-                f"no parameter of {self.name} was adopted, so there is nothing to "
-                "write; drive longer, and in curves of both directions. (R0880)"
+                f"no parameter or noise of {self.name} was found, so there is nothing "
+                "to write; drive longer, and in curves of both directions. (R0880)"
             )
         remarks = {
             one.name: f"{one.value - one.half:.4g} to {one.value + one.half:.4g}, 95 % "
@@ -87,8 +88,10 @@ class Identified:
             for one in self.parameters
             if one.adopted
         }
+        remarks |= {one.name: f"{one.rows} rows" for one in sure}
+        noise = {one.name: one.figures() for one in sure}
         found = {**self.stated, **self.adopted()}
-        write_identified(Path(path), self.origin, found, remarks)
+        write_identified(Path(path), self.origin, found, noise, remarks)
 
     def adopted(self) -> dict[str, str | float]:
         """Return the adopted parameters for an experiment: texts with units."""
@@ -117,17 +120,17 @@ class Identified:
                 sentences.append(f"{one.name} stays {one.text(one.before)}: {one.why}.")
         lines += _table(rows) if len(rows) > 1 else []
         lines += _wrapped(sentences)
-        rows = [
+        errors = [
             (path, _shown(self.before[path], unit), _shown(self.after[path], unit))
             for path, unit in self.units.items()
             if path in self.before
         ]
-        if rows:
+        if errors:
             lines.append(
                 f"prediction over {self.seconds:.1f} s that were not used, root mean "
                 "square"
             )
-            lines += _table([("error of", "was", "is"), *rows])
+            lines += _table([("error of", "was", "is"), *errors])
         lines += _wrapped(
             [
                 *(f"Note: {note}." for note in self.notes),

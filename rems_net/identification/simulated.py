@@ -31,7 +31,7 @@ class Simulated(Predictor):
     """Predicts segments with a driver that simulates, such as mujoco."""
 
     #: An engine's contacts make smaller changes uneven.
-    nudge = 1e-3
+    nudge = 0.02
     steps = False
 
     def __init__(

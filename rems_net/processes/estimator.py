@@ -18,6 +18,7 @@ import numpy as np
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.runtime import runtime
+from rems_net.agents.table import table
 from rems_net.agents.tick import Tick, time_of
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
@@ -43,7 +44,7 @@ from rems_net.maths.ukf import (
 )
 from rems_net.processes import localise
 from rems_net.processes.fields import Turns, field_of, odd, pairs
-from rems_net.processes.model import model_of, noises, table
+from rems_net.processes.model import model_of, noises
 from rems_net.processes.motion import Motion
 from rems_net.processes.past import KEPT, Belief, Past, Poses, Seen, Span
 

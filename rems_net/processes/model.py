@@ -1,26 +1,22 @@
 """Model: the robot that a process computes beside the one that it reads."""
 
-import re
-from collections.abc import Mapping
-from typing import Any
-
 from rems_net.agents.agent import Process
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition, combine
+from rems_net.agents.table import table
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import parse_quantity
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.errors import ExperimentError
 from rems_net.processes.fields import field_of, odd
-from rems_net.recordings.parameters.identified import parameters_for
-from rems_net.toml import TOMLDecodeError, loads
-
-#: A path of several names, which TOML takes only in quotes.
-_PATH = re.compile(r"(?<![\w\"'/])([\w.-]+(?:/[\w.-]+)+)(?=\s*=)")
+from rems_net.recordings.parameters.identified import as_line, parameters_for
 
 
 def model_of(process: Process) -> Kinematic:
-    """Return a robot with the definition and the parameters of a process's options."""
+    """Return a robot with the definition and the parameters of a process's options.
+
+    If these come from a file, the noise in it is the robot's option.
+    """
     name, given = process.options.definition, process.options.parameters
     if not name:
         raise ExperimentError(
@@ -29,13 +25,14 @@ def model_of(process: Process) -> Kinematic:
         )
     found = find("definition", name, process.folder)
     assert issubclass(found, Definition)
-    parameters = (
-        parameters_for(process.folder / given, found)
-        if given.endswith(".toml")
-        else table(given, "parameters")
-    )
+    options = {}
+    if given.endswith(".toml"):
+        parameters, noise = parameters_for(process.folder / given, found)
+        options["noises"] = as_line(noise)
+    else:
+        parameters = table(given, "parameters")
     robot = combine(found, Kinematic)(
-        process.name, parameters=parameters, folder=process.folder
+        process.name, parameters=parameters, options=options, folder=process.folder
     )
     robot.prepare()
     assert isinstance(robot, Kinematic)
@@ -54,7 +51,7 @@ def noises(process: Process, robot: Kinematic) -> dict[str, Noise]:
             f"{name} has no sensors, so nothing corrects an estimate; give its "
             "definition `sensors`, `measure` and `noise`. (R0881)"
         )
-    stated: Mapping[str, Noise] = getattr(robot, "noise", dict)()
+    stated = robot.noises()
     schema = robot.sensors.schema
     found: dict[str, Noise] = {}
     for glob, one in stated.items():
@@ -76,15 +73,3 @@ def noises(process: Process, robot: Kinematic) -> dict[str, Noise]:
             f"write such as options={{\"noise\": '{schema.paths[0]} = 0.01'}}. (R0881)"
         )
     return usable
-
-
-def table(given: str, name: str) -> dict[str, Any]:
-    """Return the values of an option that is a line of TOML. Raises ExperimentError."""
-    quoted = _PATH.sub(r'"\1"', given)
-    try:
-        return dict(loads(f"all = {{ {quoted} }}")["all"])
-    except TOMLDecodeError as error:
-        raise ExperimentError(
-            f"{name} = {given!r:.80} cannot be read ({error}); write such as "
-            "'x = \"10 mm\", heading = 0.1'. (R0881)"
-        ) from None

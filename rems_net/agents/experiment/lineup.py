@@ -182,10 +182,10 @@ class Lineup:
         """
         with origin(f"robot {name!r}"):
             classes = robot_classes(definition, driver, self.folder)
-            parameters = stated(parameters, classes[0], self.folder)
             given = {"options": options, "initial": initial, "marker": marker}
             for word, value in given.items():
                 check_mapping(value, word)
+            parameters, options = stated(parameters, classes, options, self.folder)
             sources = check_command(command)
             words: dict[str, Any] = {"every": every, "since": since, "rules": rules}
             words |= {"machine": machine, "restart": restart}
@@ -195,7 +195,7 @@ class Lineup:
                 "robot",
                 name,
                 classes,
-                options=options or {},
+                options=options,
                 parameters=parameters,
                 initial=initial or {},
                 marker=marker or {},

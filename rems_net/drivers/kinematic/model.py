@@ -27,9 +27,9 @@ class Model(Simulated):
     """Base of kinematic drivers: finds the definition's mathematics, and checks it."""
 
     options = Settings(
+        NOISE,
         integrator=choice("default", "euler", "rk4", doc="how rates become a step"),
         substeps=integer(range=(0, 10_000), doc="in a step; 0: 4 by default, or 1"),
-        noise=NOISE,
         correction=text(
             max_len=4096,
             doc="weights that a process of type residual has saved; added to each step",

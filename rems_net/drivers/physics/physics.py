@@ -41,10 +41,10 @@ class Physics(Simulated):
     """
 
     options = Settings(
+        NOISE,
         physics_step=time(
             "s", default=0.001, range=(1e-5, 0.005), doc="of the engine, at most"
         ),
-        noise=NOISE,
     )
 
     #: the robot in its world, and the world

@@ -6,6 +6,8 @@ digest = "5f0c..."            # of its parameters, its command and its state
 "runs/monday/recording.mcap" = "9a1e..."
 [parameters]
 track = "0.1124 m"            # 0.1119 to 0.1129 m; was 0.1126 m
+[noise]
+"lidar/right" = { "relative" = 0.04 }     # of its standard deviation; 268 rows
 """
 
 from __future__ import annotations
@@ -63,9 +65,13 @@ def write_identified(
     path: Path,
     origin: Origin,
     parameters: Mapping[str, Any],
+    noise: Mapping[str, Mapping[str, float]],
     remarks: Mapping[str, str],
 ) -> None:
-    """Write parameters and their origin; remarks: by parameter. Raises OSError."""
+    """Write parameters, noise and their origin. Raises OSError.
+
+    noise: by sensor      remarks: by parameter, or sensor
+    """
     lines = [
         "# Written by `rems identify`. The robot of an experiment takes it by the line",
         f"# parameters = {_toml(path.name)}",
@@ -74,10 +80,11 @@ def write_identified(
     for table in ("recordings", "versions"):
         lines += ["", f"[{table}]"]
         lines += [f"{_toml(k)} = {_toml(v)}" for k, v in getattr(origin, table).items()]
-    lines += ["", "[parameters]"]
-    for name, value in parameters.items():
-        remark = f"  # {remarks[name]}" if name in remarks else ""
-        lines.append(f"{_toml(name)} = {_toml(value)}{remark}")
+    for title, values in (("parameters", parameters), ("noise", noise)):
+        lines += ["", f"[{title}]"]
+        for name, value in values.items():
+            remark = f"  # {remarks[name]}" if name in remarks else ""
+            lines.append(f"{_toml(name)} = {_toml(value)}{remark}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -85,11 +92,12 @@ def write_identified(
 UNREADABLE = (OSError, TOMLDecodeError, TypeError, ValueError, RecursionError)
 
 
-def read_identified(path: Path) -> tuple[Origin, dict[str, Any]]:
-    """Return the origin and the parameters of such a file. Raises ExperimentError."""
+def read_identified(path: Path) -> tuple[Origin, dict[str, Any], dict[str, Any]]:
+    """Return origin, parameters and noise of such a file. Raises ExperimentError."""
     try:
         told = loads(decoded(read_file(path, LONGEST)))
         tables = [dict(told[name]) for name in ("recordings", "versions", "parameters")]
+        noise = dict(told.get("noise", {}))
         texts = [told[name] for name in NAMES]
         if not all(isinstance(text, str) for text in texts):
             raise ValueError("a name is no text")
@@ -105,12 +113,14 @@ def read_identified(path: Path) -> tuple[Origin, dict[str, Any]]:
         ) from None
     recordings, versions, parameters = tables
     robot, definition, digest = texts
-    return Origin(robot, definition, digest, recordings, versions), parameters
+    return Origin(robot, definition, digest, recordings, versions), parameters, noise
 
 
-def parameters_for(path: Path, definition: Any) -> dict[str, Any]:
-    """Return the parameters in a file. Raises ExperimentError for another class."""
-    origin, parameters = read_identified(path)
+def parameters_for(
+    path: Path, definition: Any
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return parameters and noise. Raises ExperimentError for another class."""
+    origin, parameters, noise = read_identified(path)
     name = definition.__name__
     if origin.definition != name:
         raise ExperimentError(
@@ -124,7 +134,12 @@ def parameters_for(path: Path, definition: Any) -> dict[str, Any]:
             "parameters, command or state changed; identify it again: rems identify "
             f"--robot {origin.robot} --out {path.name} (R0880)"
         )
-    return parameters
+    return parameters, noise
+
+
+def as_line(values: Mapping[str, Any]) -> str:
+    """Return values as a line of TOML, for an option."""
+    return ", ".join(f"{_toml(name)} = {_toml(one)}" for name, one in values.items())
 
 
 def _toml(value: Any) -> str:

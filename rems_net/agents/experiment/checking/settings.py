@@ -13,7 +13,7 @@ from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.rules import check_rules
 from rems_net.defdict import parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest
-from rems_net.recordings.parameters.identified import parameters_for
+from rems_net.recordings.parameters.identified import as_line, parameters_for
 from rems_net.router.keys import check_name
 
 
@@ -139,16 +139,25 @@ def check_mapping(value: object, what: str) -> None:
 
 
 def stated(
-    given: Mapping[str, Any] | Path | str | None, definition: type, folder: Path
-) -> Mapping[str, Any]:
-    """Return a robot's parameters; of the name of a file, those that were identified.
+    given: Mapping[str, Any] | Path | str | None,
+    classes: Sequence[Any],
+    options: Mapping[str, Any] | None,
+    folder: Path,
+) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return a robot's parameters and options.
 
+    given: parameters, or the name of a file with those that were identified; its noise
+    becomes an option of a driver that simulates      classes: definition and driver
     folder: the base of the name. Raises ExperimentError.
     """
+    options = options or {}
     if isinstance(given, str | Path):
-        return parameters_for(folder / given, definition)
+        parameters, noise = parameters_for(folder / given, classes[0])
+        if noise and "noises" in classes[1].options.schema:
+            options = {"noises": as_line(noise), **options}
+        return parameters, options
     check_mapping(given, "parameters")
-    return given or {}
+    return given or {}, options
 
 
 def check_sources(sources: Mapping[str, object]) -> None:
