@@ -25,6 +25,7 @@ from rems_net import (
     cos,
     sin,
 )
+from rems_net.cli import main
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.processes.localise import POSE
@@ -39,6 +40,7 @@ from rems_net.units import (
     s,
     velocity,
 )
+from tests.commands import ROOT
 from tests.processes.test_estimators import KINDS, covariance
 
 DT, SLIP = 0.05, 0.03
@@ -354,6 +356,33 @@ def test_a_state_in_other_units() -> None:
         assert first == pytest.approx([2.0, 3.0, 0.02 * 180 / pi], rel=0.05)
         engine.step(30)
         assert it.state.to_array() == pytest.approx(robot.state.to_array(), abs=1e-3)
+
+
+def test_an_in_that_is_left_out_is_not_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The page's experiment, with one camera more, and no sensors."""
+    text = (ROOT / "docs" / "estimation.md").read_text().split("```")[1]
+    eyes = 'pose = "process/eyes/real"'
+    text = text.replace('sensors = "robot/real/sensors"', eyes).removeprefix("toml")
+    text += """
+        [[robot]]
+        name = "cam"
+        definition = "camera"
+        driver = "kinematic"
+        [[process]]
+        name = "eyes"
+        type = "localise"
+        camera = "robot/cam/sensors"
+        options = { robots = "real" }
+        """
+    (tmp_path / "lab.toml").write_text(text)
+    main(["check", str(tmp_path / "lab.toml")])
+    shown = (
+        capsys.readouterr().out.partition("process/ekf")[2].split("process/eyes  ")[0]
+    )
+    assert "in   pose" in shown
+    assert "sensors" not in shown
 
 
 def test_an_estimator_that_nothing_corrects_is_refused() -> None:

@@ -164,7 +164,11 @@ LAYOUTS: list[dict[str, str] | None] = [
 
 @pytest.mark.parametrize(
     ("layouts", "runs"),
-    [(LAYOUTS[:3], 1), pytest.param(LAYOUTS, 10, marks=pytest.mark.slow)],
+    [
+        (LAYOUTS[:3], 1),
+        # 40 runs in processes
+        pytest.param(LAYOUTS, 10, marks=[pytest.mark.slow, pytest.mark.timeout(900)]),
+    ],
     ids=["three", "five"],
 )
 def test_all_layouts_give_the_same_bytes(

@@ -119,9 +119,11 @@ def show(out: Console, checked: Checked) -> None:
         ports, schemas = agent.ports(), agent.schemas()
         # a world has a port for each of its things
         for port in dict.fromkeys([*ports, *schemas]):
-            schema = schemas.get(port)
-            takes = isinstance(ports.get(port), In)
+            schema, one = schemas.get(port), ports.get(port)
+            takes = isinstance(one, In)
             if schema is None and not takes:
+                continue
+            if isinstance(one, In) and one.optional and not plan.reads(port):
                 continue
             said = show_schema(schema) if schema else "every port that is there"
             if takes:
