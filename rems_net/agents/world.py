@@ -165,7 +165,8 @@ class World(Agent):
             pose, age = ghost.pose, 0.0
             if known := run.source_ticks.get(port, 0):  # 0: nothing was written yet
                 new = self.__dict__[port]
-                age = tick.t - time_of(known, dt) + new.get("age", 0.0)
+                # A value is as old as what it was computed from, such as a picture.
+                age = max(tick.t - time_of(known, dt), new.get("age", 0.0))
                 if age > said["max_age"] + SAME:
                     self._report(ghost.name, "", tick)
                 elif new.get("there", True):
