@@ -15,7 +15,7 @@ COMMAND, STATE, SENSORS = (
 )
 
 
-def alone(definition: str = "woodbot", driver: str = "kinematic", **more: Any) -> Any:
+def alone(definition: str = "woodbot", driver: Any = "kinematic", **more: Any) -> Any:
     """Return an experiment with one robot, `robot/sim`, with ticks of 10 ms."""
     lab = Experiment("lab", dt="10 ms", seed=5)
     lab.robot("sim", definition, driver, **more)
