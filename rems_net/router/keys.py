@@ -22,13 +22,17 @@ _NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
 #: only looks subscribes to the plain key, and values that it is too slow for are
 #: dropped.
 STEP = "@step"
-#: In place of a name: the values of many agents of one process, in one message.
+#: In place of a name: the values of many agents of one process, in one message. For
+#: members it is STEP: a rule of access with one such chunk matches no key with two.
 ALL = "@crowd"
 
 
 @lru_cache(maxsize=65536)
 def plain_key(key: str) -> str:
-    """Return the key of a port, or of the clock's, without STEP."""
+    """Return the key of a port, of a crowd's, or of the clock's, without STEP."""
+    fabric, kind, *rest = key.split("/")
+    if rest[:1] == [STEP] and kind != "clock":
+        return "/".join((fabric, kind, ALL, *rest[1:]))
     return key.replace(f"/{STEP}/", "/", 1)
 
 

@@ -151,3 +151,24 @@ def test_what_the_recording_says_depends_on_the_experiment_alone(three: Path) ->
     about = json.dumps(McapFile(three / "run" / "run.mcap").about())
     assert str(three) not in about
     assert "again_lab.py:Watch" in about
+
+
+@pytest.mark.parametrize(
+    ("there", "says"),
+    [
+        (rb"C:\\a\\bb.py:Watch", r"C:\a\bb.py:Watch is not below the folder"),
+        (rb"s\\again_.py:Watch", r"There is no file s\again_.py in "),
+    ],
+)
+def test_a_path_of_windows_is_one_sentence(
+    three: Path, there: bytes, says: str
+) -> None:
+    data = (three / "run" / "run.mcap").read_bytes()
+    changed = data.replace(b"again_lab.py:Watch", there)
+    assert len(changed) == len(data)
+    (three / "other.mcap").write_bytes(changed)
+    done = inside("rerun", "other.mcap", folder=three)
+    assert done.returncode == 2
+    assert "process/watch cannot be made again in " in done.stderr
+    assert says in done.stderr
+    assert len(done.stderr.splitlines()) == 1

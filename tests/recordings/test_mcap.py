@@ -19,7 +19,7 @@ import rems_net
 from rems_net import Experiment, Schema
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
-from rems_net.defdict import angle, cdr, length, text
+from rems_net.defdict import angle, cdr, length, number, text
 from rems_net.errors import AgentError, ExperimentError, UnknownFieldError
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import finish, is_whole
@@ -276,6 +276,25 @@ def test_channels_of_others_are_passed_over_and_named(tmp_path: Path) -> None:
         "/raw": "it has no schema of rems",
     }
     assert [*rems_net.read(tmp_path)] == []
+
+
+def test_a_schema_of_a_newer_form_is_passed_over_and_named(tmp_path: Path) -> None:
+    writer: Any = importlib.import_module("mcap.writer")
+    known = Schema("pose", {"x": number("m")}).to_wire()
+    newer = known.replace(b"\xa4rems\x01", b"\xa4rems\x02")
+    with (tmp_path / "run.mcap").open("wb") as stream:
+        made = writer.Writer(stream, compression=writer.CompressionType.NONE)
+        made.start()
+        schema = made.register_schema("rems_msgs/msg/Pose", "ros2msg", b"float64 x")
+        for topic, wire in (("/robot/a/state", newer), ("/robot/b/state", known)):
+            metadata = {"rems:schema": wire.hex()}
+            made.register_channel(topic, "cdr", schema, metadata)
+        made.finish()
+    file = McapFile(tmp_path / "run.mcap")
+    assert [*file.channels] == ["robot/b/state"]
+    (why,) = file.passed.items()
+    assert why[0] == "/robot/a/state"
+    assert "format 2; this version of rems_net reads format 1" in why[1]
 
 
 def spoiled(path: Path, how: str) -> None:

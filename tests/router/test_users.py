@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.host.outlet import CROWD
 from rems_net.errors import FabricError
 from rems_net.router.gate import access
 from rems_net.router.gate.identity import answer_for
@@ -208,6 +209,38 @@ driver = "kinematic"
 name = "log"
 type = "csv"
 """
+
+
+def test_a_run_with_a_user_writes_the_same_bytes(router: str, tmp_path: Path) -> None:
+    (tmp_path / "lab.toml").write_text(LAB)
+    known = {"REMS_ROUTER": router, "REMS_USER": "anna", "REMS_PASSWORD": ANNA}
+    digests = []
+    for out, more in (("with", known), ("without", {})):
+        done = rems(tmp_path, "run", "lab.toml", "--out", out, **more)
+        assert (done.returncode, done.stderr) == (0, "")
+        digests.append(hashlib.sha256((tmp_path / out / "a.csv").read_bytes()))
+    assert digests[0].hexdigest() == digests[1].hexdigest()
+
+
+def test_a_crowd_comes_in_one_message_to_a_user(
+    router: str, member: Session, tmp_path: Path
+) -> None:
+    """The router lets it through: else each value would be asked for by its key."""
+    robot = '[[robot]]\nname = "b{}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
+    head = '[experiment]\ndt = "10 ms"\nduration = "50 ms"\n'
+    many = [robot.format(i) + 'host = "many"\n' for i in range(CROWD + 1)]
+    (tmp_path / "lab.toml").write_text(head + "".join(many))
+    known = {"REMS_ROUTER": router, "REMS_USER": "anna", "REMS_PASSWORD": ANNA}
+    member.watch("*/robot/@step/*", heard := Mailbox())
+    done = rems(tmp_path, "run", "lab.toml", "--out", "with", **known)
+    assert done.returncode == 0, done
+    seen = [mail.key for mail in heard.letters(1000) if isinstance(mail, Mail)]
+    assert [key.partition("/")[2] for key in seen] == 5 * [
+        f"robot/@step/{port}" for port in ("command", "state", "sensors")
+    ]
+    rems(tmp_path, "run", "lab.toml", "--out", "direct", "--direct")
+    files = [tmp_path / out / "run.mcap" for out in ("with", "direct")]
+    assert files[0].read_bytes() == files[1].read_bytes()
 
 
 @pytest.mark.parametrize("verb", ["run", "bring"])

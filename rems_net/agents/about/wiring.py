@@ -79,7 +79,8 @@ def is_source(value: str) -> bool:
 
 def names_all(source: str) -> bool:
     """Return whether it names ports of all agents of a kind, as `robot/*/state`."""
-    return source.split("/")[1:2] == ["*"]
+    kind, name, *_ = source.split("/")
+    return name == "*" and "*" not in kind
 
 
 def resolve(

@@ -212,8 +212,7 @@ class Membership:
                     self._exact[entry.badge] = key
                 for port in entry.outs:
                     self.steps.add(f"{self._fabric}/{key}/{STEP}/{port}")
-                    crowd = f"{self._fabric}/{entry.kind}/{ALL}/{STEP}/{port}"
-                    self.steps.add(crowd)
+                    self.steps.add(f"{self._fabric}/{entry.kind}/{STEP}/{port}")
                     full = f"{self._fabric}/{key}/{port}"
                     self._writers.setdefault(full, set()).add(entry.badge)
         strangers = list(self._strangers)

@@ -228,7 +228,7 @@ def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
             alike.setdefault(of, []).append(outlet)
     made = []
     for (kind, port, encoding), some in alike.items():
-        key, step = (session.key(kind, ALL, *s, port) for s in ((), (STEP,)))
+        key, step = (session.key(kind, chunk, port) for chunk in (ALL, STEP))
         send = partial(session.putting, step, encoding, remote=True)
         publisher: Publisher | Unseen = Unseen()
         if isinstance(some[0].publisher, Member):

@@ -21,7 +21,7 @@ from rems_net.engine.recorded import MessageInlet
 from rems_net.engine.source import Conversion, Gone, Source, Value
 from rems_net.engine.visits import Visits
 from rems_net.errors import RemsError
-from rems_net.router.keys import ALL, STEP, crowd_key
+from rems_net.router.keys import STEP, crowd_key
 from rems_net.router.mail import Mail
 from rems_net.router.message import pack_stamp
 from rems_net.router.session import Session
@@ -48,7 +48,7 @@ def watched(inlet: Inlet, full: Callable[..., str]) -> set[str]:
     if inlet.run.in_step:  # a free-running reader takes what comes
         written.insert(2, STEP)
         if names_all(inlet.source):
-            own.add(full(kind, ALL, *written[2:]))
+            own.add(full(kind, *written[2:]))
     return own | {full(*written)}
 
 

@@ -155,7 +155,7 @@ READERS: dict[str, tuple[Reader, list[bytes]]] = {
     "rems/clock/@age": (read_age, [pack_age(RUN, 0.25, 2)]),
     "rems/clock/@call/<verb>": (called, [CALL]),
     "rems/<kind>/@crowd/<port>": (read_crowd, CROWDS),
-    "rems/<kind>/@crowd/@step/<port>": (read_crowd, CROWDS),
+    "rems/<kind>/@step/<port>": (read_crowd, CROWDS),
 }
 #: keys of the page at which nothing is decoded that was not listed above: tokens and
 #: text, what is only asked for, and values, whose decoder `tests.defdict.fuzz` tries

@@ -19,6 +19,7 @@ OURS = (
     "rems/*/*/@alive",
     "*/clock/@alive",
     "rems/robot/*/@crowd/state",
+    "rems/robot/@step/state",
     "team1-$*/robot/ca$*/state/wheel/left/velocity",
     f"rems/machine/{'m' * 63}/@file/{'0' * 64}",
     "@rems/who/anna",
