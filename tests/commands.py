@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
@@ -67,7 +67,7 @@ def terminal(typed: str = YES) -> Iterator[int]:
 
 
 def finished(
-    words: list[str],
+    words: Sequence[str | Path],
     folder: Path | None = None,
     env: dict[str, str] | None = None,
     typed: str = "",

@@ -21,6 +21,7 @@ from rems_net.errors import FabricError
 from rems_net.router import find
 from tests import commands
 from tests.agents.runs import alive, free_port, ticking, until
+from tests.cli.recorded import AGENTS, scripted
 from tests.commands import (
     Agents,
     Gone,
@@ -245,3 +246,13 @@ def here(alice: Running) -> Iterator[Fabric]:
         yield found
         if alice.poll() is None:
             text(alice)
+
+
+@pytest.fixture
+def three(tmp_path: Path) -> Path:
+    """A folder with a recording of three agents in `run`."""
+    (tmp_path / "again_lab.py").write_text(AGENTS, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as now:
+        now.chdir(tmp_path)
+        scripted(Path("again_lab.py"), tmp_path / "run")
+    return tmp_path

@@ -13,7 +13,7 @@ from rems_net import Experiment, Input, Out, Tick
 from rems_net.errors import AgentError
 from rems_net.maths.numerics import _can_be_pinned
 from tests.agents.runs import Told, quiet, until
-from tests.commands import ROOT, command, environment, rems
+from tests.commands import ROOT, command, environment, finished, rems
 from tests.engine.parts import COMMAND, STATE, Cart
 from tests.pages import blocks
 
@@ -70,14 +70,8 @@ def weave(tmp_path: Path) -> Path:
 def test_it_loads_no_network_and_no_tables(weave: Path) -> None:
     """Each of them takes as long as the whole run."""
     run = [*command("run", "weave.py", "--direct")]
-    done = subprocess.run(
-        [run[0], "-X", "importtime", *run[1:]],
-        cwd=weave,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = finished([run[0], "-X", "importtime", *run[1:]], weave)
+    assert done.returncode == 0, done.stderr
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     heavy = {"zenoh", "rich", "matplotlib", "subprocess"}
     assert not loaded & heavy

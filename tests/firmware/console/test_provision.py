@@ -10,7 +10,7 @@ import pytest
 from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
-from tests.commands import Done, command, inside
+from tests.commands import Done, command, finished, inside
 from tests.firmware.console.robot import TIMEOUT, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
@@ -229,9 +229,7 @@ def test_a_port_that_is_not_permitted(tmp_path: Path) -> None:
         "os.geteuid() or os.setuid(65534)  # root may open everything\n"
         "open_port(sys.argv[1])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, port], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", code, port])
     assert f"you may not open {port}. " in done.stderr
     assert "ask who runs this machine for `sudo " in done.stderr
 
