@@ -91,6 +91,31 @@ def finished(
     return done
 
 
+def begun(
+    words: Sequence[str | Path],
+    folder: Path | None = None,
+    env: dict[str, str] | None = None,
+    screen: int = subprocess.PIPE,
+    stdin: int | None = None,
+) -> Running:
+    """Start these words in a process group of their own; who does so ends them.
+
+    screen: a terminal that they have. Without, their output goes into pipes.
+    """
+    if stdin is None and screen != subprocess.PIPE:
+        stdin = screen
+    return subprocess.Popen(
+        words,
+        cwd=folder,
+        env=env or environment(),
+        stdin=stdin,
+        stdout=screen,
+        stderr=screen,
+        text=True,
+        start_new_session=True,
+    )
+
+
 def python(folder: Path, *args: str, **more: str) -> Done:
     """Run `python args...` there, to its end."""
     return finished([sys.executable, "-W", "error", *args], folder, environment(**more))

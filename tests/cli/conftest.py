@@ -29,8 +29,8 @@ from tests.commands import (
     Running,
     Serve,
     Start,
+    begun,
     command,
-    environment,
 )
 
 LAB = """\
@@ -127,16 +127,8 @@ def starting(folder: Path) -> Iterator[Start]:
     running: list[Running] = []
 
     def begin(*args: str, typed: bool = False) -> Running:
-        process = subprocess.Popen(
-            command(*args),
-            cwd=folder,
-            env=environment(),
-            stdin=subprocess.PIPE if typed else None,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        stdin = subprocess.PIPE if typed else None
+        process = begun(command(*args), folder, stdin=stdin)
         running.append(process)
         return process
 

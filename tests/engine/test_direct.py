@@ -4,7 +4,6 @@ import json
 import os
 import random
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from rems_net import Experiment, Input, Out, Tick
 from rems_net.errors import AgentError
 from rems_net.maths.numerics import _can_be_pinned
 from tests.agents.runs import Told, quiet, until
-from tests.commands import ROOT, command, environment, finished, rems
+from tests.commands import ROOT, begun, command, finished, rems
 from tests.engine.parts import COMMAND, STATE, Cart
 from tests.pages import blocks
 
@@ -105,13 +104,7 @@ def test_it_is_pinned_if_what_it_uses_depends_on_the_processor(weave: Path) -> N
 def test_ctrl_c_ends_it(weave: Path) -> None:
     script = weave / "weave.py"
     script.write_text(script.read_text().replace('"10 s"', '"1000000 s"'))
-    process = subprocess.Popen(
-        command("run", "weave.py", "--direct"),
-        cwd=weave,
-        env=environment(),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = begun(command("run", "weave.py", "--direct"), weave)
     log = weave / "runs" / "weave" / "cart.csv"
     try:
         until(lambda: log.exists() and log.stat().st_size > 1000)

@@ -1,7 +1,6 @@
 """`rems board provision`: what a teacher types, and what the robot keeps of it."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
-from tests.commands import Done, command, finished, inside
+from tests.commands import Done, begun, command, finished, inside
 from tests.firmware.console.robot import TIMEOUT, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
@@ -150,13 +149,8 @@ def test_the_password_is_a_line_of_the_input(robot: Robot) -> None:
 def test_the_password_is_not_echoed(robot: Robot) -> None:
     pty = pytest.importorskip("pty", reason="There are no pseudo-terminals here.")
     master, slave = pty.openpty()
-    process = subprocess.Popen(
-        command("board", "provision", "--port", robot.port, "--ssid", "lab-net"),
-        stdin=slave,
-        stdout=slave,
-        stderr=slave,
-        start_new_session=True,  # getpass asks the terminal, not that of the tests
-    )
+    words = command("board", "provision", "--port", robot.port, "--ssid", "lab-net")
+    process = begun(words, screen=slave)  # getpass asks there, not where tests are
     os.close(slave)
     shown = b""
     while b"Password of lab-net" not in shown:
