@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
@@ -67,7 +67,7 @@ def terminal(typed: str = YES) -> Iterator[int]:
 
 
 def finished(
-    words: list[str],
+    words: Sequence[str | Path],
     folder: Path | None = None,
     env: dict[str, str] | None = None,
     typed: str = "",
@@ -89,6 +89,31 @@ def finished(
     )
     done.stderr = quiet(done.stderr)
     return done
+
+
+def begun(
+    words: Sequence[str | Path],
+    folder: Path | None = None,
+    env: dict[str, str] | None = None,
+    screen: int = subprocess.PIPE,
+    stdin: int | None = None,
+) -> Running:
+    """Start these words in a process group of their own; who does so ends them.
+
+    screen: a terminal that they have. Without, their output goes into pipes.
+    """
+    if stdin is None and screen != subprocess.PIPE:
+        stdin = screen
+    return subprocess.Popen(
+        words,
+        cwd=folder,
+        env=env or environment(),
+        stdin=stdin,
+        stdout=screen,
+        stderr=screen,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def python(folder: Path, *args: str, **more: str) -> Done:

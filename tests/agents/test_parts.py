@@ -1,6 +1,5 @@
 """Parts that installed packages bring: found by name, and what is said when not."""
 
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ import pytest
 from rems_net import Driver, Experiment
 from rems_net.agents import parts, registry
 from rems_net.errors import ExperimentError, uncoded
+from tests.commands import finished
 
 GOOD = """\
 from rems_net import Driver, Input
@@ -261,7 +261,5 @@ def test_a_host_never_looks_for_names() -> None:
         "registry.load('rems_net.drivers.kinematic.kinematic:Kinematic', Path()); "
         "sys.exit('importlib.metadata' in sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", code])
     assert (done.returncode, done.stderr) == (0, "")

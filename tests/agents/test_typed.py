@@ -1,12 +1,11 @@
 """Classes that are in no file: agents' processes cannot find them, an engine can."""
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.commands import environment
+from tests.commands import Done, finished
 
 TYPED = """\
 from rems_net import Definition, Experiment, In, Out, Schema
@@ -51,18 +50,8 @@ def sentence(name: str) -> str:
     )
 
 
-def python(
-    folder: Path, *words: str, keys: str = ""
-) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *words],
-        input=keys,
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+def python(folder: Path, *words: str, keys: str = "") -> Done:
+    return finished([sys.executable, *words], folder, typed=keys)
 
 
 @pytest.mark.parametrize("way", ["-", "-c", "-i"])

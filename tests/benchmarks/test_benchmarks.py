@@ -1,7 +1,5 @@
 """Every benchmark still runs, tiny; its results are in measured/performance.md."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

@@ -21,6 +21,7 @@ from rems_net.errors import FabricError
 from rems_net.router import find
 from tests import commands
 from tests.agents.runs import alive, free_port, ticking, until
+from tests.cli.recorded import AGENTS, scripted
 from tests.commands import (
     Agents,
     Gone,
@@ -28,8 +29,8 @@ from tests.commands import (
     Running,
     Serve,
     Start,
+    begun,
     command,
-    environment,
 )
 
 LAB = """\
@@ -126,16 +127,8 @@ def starting(folder: Path) -> Iterator[Start]:
     running: list[Running] = []
 
     def begin(*args: str, typed: bool = False) -> Running:
-        process = subprocess.Popen(
-            command(*args),
-            cwd=folder,
-            env=environment(),
-            stdin=subprocess.PIPE if typed else None,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        stdin = subprocess.PIPE if typed else None
+        process = begun(command(*args), folder, stdin=stdin)
         running.append(process)
         return process
 
@@ -245,3 +238,13 @@ def here(alice: Running) -> Iterator[Fabric]:
         yield found
         if alice.poll() is None:
             text(alice)
+
+
+@pytest.fixture
+def three(tmp_path: Path) -> Path:
+    """A folder with a recording of three agents in `run`."""
+    (tmp_path / "again_lab.py").write_text(AGENTS, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as now:
+        now.chdir(tmp_path)
+        scripted(Path("again_lab.py"), tmp_path / "run")
+    return tmp_path

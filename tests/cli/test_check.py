@@ -8,7 +8,6 @@ import pytest
 from rems_net.cli import main
 from rems_net.router import find
 from tests.cli.conftest import LAB
-from tests.commands import Run
 
 GOOD = """\
 lab can run: 3 agents, 1 s in 10 ticks of 0.1 s, as fast as possible.
@@ -107,9 +106,3 @@ def test_a_mistake(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "'input/kyes', and there is no 'input/kyes'; there is input/keys, "
         "robot/model. Did you mean 'input/keys'? (R0422)\n"
     )
-
-
-def test_as_a_process(program: Run) -> None:
-    done = program("check", "lab.toml")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert max(map(len, done.stdout.splitlines())) <= 80

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +17,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import free_port, ticking, until
 from tests.cli.conftest import LAB, place, starting, together
-from tests.commands import Run, Start, command, environment
+from tests.commands import Run, Start, begun, command
 
 
 class Class(NamedTuple):
@@ -270,14 +269,8 @@ def test_the_password_is_asked_for_and_not_shown(served: str, folder: Path) -> N
     pty = pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     secret = password(folder, "ben")
     mine, theirs = pty.openpty()
-    process = subprocess.Popen(
-        command("router", "use", served, "--user", "ben"),
-        env=environment(),
-        stdin=theirs,
-        stdout=theirs,
-        stderr=theirs,
-        start_new_session=True,
-    )
+    words = command("router", "use", served, "--user", "ben")
+    process = begun(words, screen=theirs)
     os.close(theirs)
     shown, typed = b"", False
     while True:

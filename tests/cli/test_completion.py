@@ -13,7 +13,7 @@ import pytest
 from rems_net.cli.completion import Words, commands
 from rems_net.cli.shells import SHELLS, bash, fish, powershell, zsh
 from rems_net.cli.verbs import COMMANDS, NOUNS
-from tests.commands import ROOT, inside
+from tests.commands import ROOT, finished, inside
 
 GOLDEN = ROOT / "tests" / "golden" / "completion.ps1"
 #: s. A completion that takes longer is felt while typing.
@@ -49,9 +49,7 @@ def found(shell: str) -> str:
 
 
 def asked(folder: Path, *words: str) -> str:
-    done = subprocess.run(
-        words, cwd=folder, capture_output=True, text=True, check=False, timeout=60
-    )
+    done = finished(words, folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

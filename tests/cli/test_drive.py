@@ -3,7 +3,6 @@
 import os
 import select
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from rems_net.client.proxy import Proxy
 from tests.agents.runs import until
 from tests.cli.complaint import complaint
 from tests.cli.conftest import text
-from tests.commands import Running, Start, command, environment
+from tests.commands import Running, Start, begun, command
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -36,14 +35,7 @@ class Window:
         self.master, self.slave = pty.openpty()
         self.before = termios.tcgetattr(self.slave)
         self.answer, self.out = answer, b""
-        self.process = subprocess.Popen(
-            command("drive", *words),
-            stdin=self.slave,
-            stdout=self.slave,
-            stderr=self.slave,
-            env=environment(),
-            start_new_session=True,
-        )
+        self.process = begun(command("drive", *words), screen=self.slave)
 
     def type(self, keys: bytes) -> None:
         os.write(self.master, keys)

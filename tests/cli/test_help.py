@@ -1,12 +1,12 @@
 """`--help` of every verb has examples, and fits 80 columns."""
 
-import subprocess
 import sys
 
 import pytest
 
 from rems_net.cli import main
 from rems_net.cli.verbs import COMMANDS, NOUNS, OLD, VERBS
+from tests.commands import finished
 
 
 @pytest.mark.parametrize("verb", [*COMMANDS, *NOUNS])
@@ -67,7 +67,5 @@ def test_only_what_a_verb_needs_is_imported() -> None:
         "heavy = {'numpy', 'zenoh', 'rems_net.cli.run'} & sys.modules.keys(); "
         "sys.exit(f'imported {heavy}' if heavy else 0)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", code])
     assert (done.returncode, done.stderr) == (0, "")

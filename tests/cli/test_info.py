@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.cli import main
-from tests.recordings.test_mcap import foreign, whole, write
+from tests.recordings.test_mcap import whole, write
 
 
 def test_what_when_keys_rates_and_ranges(
@@ -36,12 +36,6 @@ def test_a_file_without_its_end(
     assert "It has no end: its writer was killed." in said
     assert "robot/a/state: 49" in said
     file.close()
-
-
-def test_channels_of_others(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", str(foreign(tmp_path / "other.mcap"))]) == 0
-    said = capsys.readouterr().out
-    assert "passed over: /pose; its messages are 'json', not CDR\n" in said
 
 
 def test_a_folder_without_one(

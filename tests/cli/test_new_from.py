@@ -1,7 +1,6 @@
 """`rems new robot NAME --from FILE`: a definition of the robot in a file."""
 
 import csv
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from rems_net.agents.registry import load_file
 from rems_net.cli import main
 from rems_net.testing import check_robot
 from tests.bodies.files.robots import ARM, CART, LIMB, arm, written
-from tests.commands import Run
+from tests.commands import Run, finished
 from tests.drivers.physics.test_physics import needs
 
 
@@ -62,7 +61,7 @@ def test_what_it_writes_is_in_order(
     rules = ["--isolated", "--line-length", "88", *map(str, folder.glob("my_*.py"))]
     for words in (["check", "--select", "E,F,I,N,B,UP,SIM"], ["format", "--diff"]):
         command = [sys.executable, "-m", "ruff", *words, *rules]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = finished(command)
         assert done.returncode == 0, done.stdout
 
 

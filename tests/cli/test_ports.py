@@ -9,7 +9,7 @@ import pytest
 
 from rems_net.emulators.terminal import Terminal
 from tests.agents.runs import until
-from tests.commands import Run, command, environment
+from tests.commands import Run, begun, command
 from tests.drivers.hardware.create2.scene import emulated, opened
 
 
@@ -57,14 +57,8 @@ def test_a_device_in_a_terminal(rems: Run, tmp_path: Path) -> None:
     pytest.importorskip("serial", reason="pyserial is not installed")
     pytest.importorskip("pty", reason="there are no pseudo-terminals here")
     port = tmp_path / "ttyRobot"
-    process = subprocess.Popen(
-        command("board", "emulate", "create2", "--port", str(port)),
-        env=environment(),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    words = command("board", "emulate", "create2", "--port", str(port))
+    process = begun(words, stdin=subprocess.PIPE)
     try:
         assert line(process.stdout) == f"create2 at {port}; Ctrl+C ends it"
         assert line(process.stdout).startswith("off, left 0 mm/s, right 0 mm/s; x 0.00")

@@ -8,19 +8,8 @@ import pytest
 from rems_net import Experiment, Input, Out, Schema, Tick
 from rems_net.defdict import number
 from rems_net.recordings.mcap.reader import McapFile
-from tests.cli.recorded import AGENTS, SAME, recorded, scripted
+from tests.cli.recorded import AGENTS, SAME, recorded
 from tests.commands import inside
-
-
-@pytest.fixture
-def three(tmp_path: Path) -> Path:
-    """A folder with a recording of three agents in `run`."""
-    (tmp_path / "again_lab.py").write_text(AGENTS, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as now:
-        now.chdir(tmp_path)
-        scripted(Path("again_lab.py"), tmp_path / "run")
-    return tmp_path
-
 
 CHANGES = [
     ("0.5 + 0.125", "0.5 + 0.126", "input/wave", 1, "value/speed", "m/s"),

@@ -11,7 +11,7 @@ from rems_net.agents.experiment.again.replayed import replayed
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.show import Show
 from rems_net.recordings.mcap.reader import McapFile
-from tests.cli.recorded import AGENTS, SAME, recorded, scripted
+from tests.cli.recorded import AGENTS, SAME, recorded
 from tests.commands import ROOT, inside
 
 EXAMPLES = ROOT / "examples"
@@ -66,15 +66,6 @@ def test_noise_a_world_every_since_and_a_verb(
     verdict = "played" if "--only" in words else "recomputed"
     assert f"process/referee  {verdict}  no difference" in done.stdout
     assert "robot/late       recomputed  no difference" in done.stdout
-
-
-@pytest.fixture
-def three(tmp_path: Path) -> Path:
-    (tmp_path / "again_lab.py").write_text(AGENTS, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as now:
-        now.chdir(tmp_path)
-        scripted(Path("again_lab.py"), tmp_path / "run")
-    return tmp_path
 
 
 def test_one_agent_alone_against_its_recorded_ins(three: Path) -> None:

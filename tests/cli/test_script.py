@@ -109,16 +109,6 @@ def test_in_another_folder(folder: Path, rems: Run) -> None:
     assert (folder / "runs/neighbour/sim.csv").is_file()
 
 
-def test_an_agent_that_fails(folder: Path, rems: Run) -> None:
-    script(folder, WEAVE.replace("sin(tick.t)", "sin(1 / (tick.n - 3))") + RUN)
-    done = rems("run", "--direct", "weave.py")
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == (
-        "rems: input/hand: ZeroDivisionError: division by zero (weave.py, line 12, in "
-        "read, tick 3) (R0520)"
-    )
-
-
 def test_its_own_exit_status(folder: Path, rems: Run) -> None:
     script(folder, WEAVE + RUN + "sys.exit(5)\n")
     assert rems("run", "--direct", "weave.py").returncode == 5

@@ -21,7 +21,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
 from tests.client.programs import programs
-from tests.commands import Running, Start, command, environment
+from tests.commands import Running, Start, begun, command, environment
 
 needs_address = pytest.mark.skipif(
     not reachable(), reason="this machine has no network, so no address to print"
@@ -41,14 +41,9 @@ def on_a_terminal(*words: str, typed: bytes = b"", awaited: bytes = b"rems: ") -
     """
     pty = pytest.importorskip("pty", reason="pseudo-terminals are Unix's")
     ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        command(*words),
-        env=environment() | {"TERM": "xterm", "PYTHONUTF8": "1"},
-        stdin=theirs if typed else subprocess.DEVNULL,
-        stdout=theirs,
-        stderr=theirs,
-        start_new_session=True,
-    )
+    env = environment(TERM="xterm", PYTHONUTF8="1")
+    stdin = theirs if typed else subprocess.DEVNULL
+    process = begun(command(*words), env=env, screen=theirs, stdin=stdin)
     os.close(theirs)
     shown = bytearray()
 

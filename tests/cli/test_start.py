@@ -4,7 +4,6 @@ import json
 import os
 import random
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -14,7 +13,7 @@ import pytest
 
 from rems_net.interrupts import without_ctrl_c
 from tests.agents.runs import quiet, relatives, until
-from tests.commands import Run, Running, Start, command, environment
+from tests.commands import Run, Running, Start, begun, command
 
 HOSTS = 3
 LAB = (
@@ -36,15 +35,7 @@ def starting(
     (tmp_path / "lab.toml").write_text(LAB)
     mark = f"START_MARK={tmp_path}"
     monkeypatch.setenv("START_MARK", str(tmp_path))
-    process = subprocess.Popen(
-        command("run", "lab.toml"),
-        cwd=tmp_path,
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    process = begun(command("run", "lab.toml"), tmp_path)
     until(lambda: len(relatives(mark)) > 1)
     time.sleep(request.param + random.uniform(0.0, 0.02))  # the moment is the test
     yield process, mark

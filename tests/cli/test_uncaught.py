@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from rems_net.errors import UnitError, uncoded
 from rems_net.uncaught import sentences
 from tests.agents.runs import quiet, until
 from tests.cli.test_script import RUN, TOGETHER, script
-from tests.commands import Run, environment, python
+from tests.commands import Run, begun, python
 
 QUIET = TOGETHER.replace('print("arguments", sys.argv[1:], flush=True)', "")
 IMPORTS = "from rems_net import Experiment, Input, Out, Schema"
@@ -106,15 +105,7 @@ def test_the_front_doors_are_there_without_an_import_of_their_own(
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent to a process group")
 def test_ctrl_c(folder: Path) -> None:
     script(folder, QUIET.replace("1 s", "60 s") + 'lab.run(pace="1")\n')
-    process = subprocess.Popen(
-        [sys.executable, "-W", "error", "weave.py"],
-        cwd=folder,
-        env=environment(),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    process = begun([sys.executable, "-W", "error", "weave.py"], folder)
     log = folder / "runs" / "weave" / "sim.csv"
     until(lambda: log.exists() and len(log.read_text().splitlines()) > 3)
     os.killpg(process.pid, signal.SIGINT)

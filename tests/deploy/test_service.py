@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.runs import free_port
-from tests.commands import ROOT
+from tests.commands import ROOT, finished
 from tests.pages import started
 
 UNIT = ROOT / "deploy" / "rems-serve.service"
@@ -37,12 +37,7 @@ def unit(folder: Path, *, users: bool = False) -> Path:
 
 
 def analyze(*words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        ["systemd-analyze", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return finished(["systemd-analyze", *map(str, words)])
 
 
 @needs_systemd

@@ -13,15 +13,10 @@ from rems_net.defdict import angle, length
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.kinematic.swarm import Swarm
 from rems_net.drivers.physics.mujoco import Mujoco
-from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import SchemaError
 from rems_net.robots.epuck import Epuck
-from tests.drivers.physics.test_physics import needs
+from tests.drivers.physics.test_physics import ENGINES, needs
 
-ENGINES = [
-    pytest.param(Mujoco, marks=needs("mujoco")),
-    pytest.param(Pybullet, marks=needs("pybullet")),
-]
 each = pytest.mark.parametrize("driver", [Kinematic, *ENGINES])
 DT, RADIUS, TRACK = 0.05, 0.02, 0.052
 

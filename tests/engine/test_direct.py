@@ -4,7 +4,6 @@ import json
 import os
 import random
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from rems_net import Experiment, Input, Out, Tick
 from rems_net.errors import AgentError
 from rems_net.maths.numerics import _can_be_pinned
 from tests.agents.runs import Told, quiet, until
-from tests.commands import ROOT, command, environment, rems
+from tests.commands import ROOT, begun, command, finished, rems
 from tests.engine.parts import COMMAND, STATE, Cart
 from tests.pages import blocks
 
@@ -70,14 +69,8 @@ def weave(tmp_path: Path) -> Path:
 def test_it_loads_no_network_and_no_tables(weave: Path) -> None:
     """Each of them takes as long as the whole run."""
     run = [*command("run", "weave.py", "--direct")]
-    done = subprocess.run(
-        [run[0], "-X", "importtime", *run[1:]],
-        cwd=weave,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = finished([run[0], "-X", "importtime", *run[1:]], weave)
+    assert done.returncode == 0, done.stderr
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     heavy = {"zenoh", "rich", "matplotlib", "subprocess"}
     assert not loaded & heavy
@@ -111,13 +104,7 @@ def test_it_is_pinned_if_what_it_uses_depends_on_the_processor(weave: Path) -> N
 def test_ctrl_c_ends_it(weave: Path) -> None:
     script = weave / "weave.py"
     script.write_text(script.read_text().replace('"10 s"', '"1000000 s"'))
-    process = subprocess.Popen(
-        command("run", "weave.py", "--direct"),
-        cwd=weave,
-        env=environment(),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = begun(command("run", "weave.py", "--direct"), weave)
     log = weave / "runs" / "weave" / "cart.csv"
     try:
         until(lambda: log.exists() and log.stat().st_size > 1000)

@@ -1,6 +1,5 @@
 """An experiment as an engine, stepped by its caller."""
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 from rems_net import Experiment, Out, Process, Tick
 from rems_net.agents.experiment.solo import Solo
 from rems_net.errors import AgentError, ExperimentError, FieldValueError
-from tests.commands import ROOT
+from tests.commands import ROOT, finished
 from tests.engine.parts import COMMAND, Cart, Jumper, Stick, Wave
 
 
@@ -288,15 +287,8 @@ def go():
 go()
 """
     at_the_prompt = text.replace("\ngo()", "\n\ngo()")
-    ways = ((["-c", text], None), (["-"], text), (["-i", "-q"], at_the_prompt))
+    ways = ((["-c", text], ""), (["-"], text), (["-i", "-q"], at_the_prompt))
     for words, typed in ways:
-        done = subprocess.run(
-            [sys.executable, "-W", "error", *words],
-            input=typed,
-            capture_output=True,
-            text=True,
-            cwd=ROOT,
-            check=False,
-        )
+        done = finished([sys.executable, "-W", "error", *words], ROOT, typed=typed)
         said = done.stderr.replace(">>> ", "").replace("... ", "").strip()
         assert (done.stdout, said) == ("1.0\n", "")

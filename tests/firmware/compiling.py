@@ -1,11 +1,12 @@
 """Compiling the firmware's C for a test; skips in words where nothing can."""
 
 import shutil
-import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
+
+from tests.commands import finished
 
 FIRMWARE = Path(__file__).parent.parent.parent / "firmware" / "esp32_woodbot"
 CORE = FIRMWARE / "core"
@@ -25,7 +26,7 @@ def compiler(*names: str) -> str:
 def build(words: Iterable[str | Path], made: Path) -> Path:
     """Run a compiler that makes this file; what it complains about fails the test."""
     command = [*map(str, words), "-o", str(made)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = finished(command, seconds=600)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
     return made
 

@@ -3,7 +3,6 @@
 import random
 import re
 import struct
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from rems_net.defdict import Schema
 from rems_net.errors import WireError
 from rems_net.robots.woodbot import Woodbot
+from tests.commands import finished
 from tests.defdict.fuzz import mutate
 from tests.firmware.compiling import FIRMWARE
 from tests.firmware.golden import BAD, FOLDER, VALUES, schemas, wheels
@@ -65,12 +65,7 @@ def test_the_firmware_notices_a_changed_file(program: Path, tmp_path: Path) -> N
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / "state.digest").write_bytes(b"0" * 16)
     (tmp_path / "nan.refusal").write_bytes(b"ok")
-    done = subprocess.run(
-        [program, "golden", tmp_path, "nan"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = finished([program, "golden", tmp_path, "nan"])
     assert done.returncode == 1
     failed = [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert failed == [

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.commands import finished
 from tests.firmware.compiling import CORE, STRICT, build
 
 SOURCES = sorted(CORE.rglob("*.c"))
@@ -175,12 +176,7 @@ def test_nan_compares_as_it_should(
     if shutil.which(compiler) is None:
         pytest.skip(f"{compiler} is not on PATH.")
     command = [compiler, "-std=c11", "-Os", flag, "-c", str(CORE / name)]
-    done = subprocess.run(
-        [*command, "-o", str(tmp_path / "one.o")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = finished([*command, "-o", str(tmp_path / "one.o")], seconds=600)
     assert done.returncode != 0
     assert "NaN must not compare as in range" in done.stderr
 
@@ -192,10 +188,5 @@ def test_cppcheck_finds_nothing(tmp_path: Path) -> None:
         pytest.skip("cppcheck is not on PATH.")
     words = ["--std=c11", "--enable=warning,performance,portability", "--inconclusive"]
     quiet = ["--quiet", "--error-exitcode=1", "--suppress=missingIncludeSystem"]
-    done = subprocess.run(
-        [found, *words, *quiet, f"-I{CORE}", str(CORE)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = finished([found, *words, *quiet, f"-I{CORE}", str(CORE)], seconds=600)
     assert done.returncode == 0, done.stderr

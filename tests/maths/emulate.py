@@ -4,8 +4,6 @@ On Debian: takes qemu's user-mode emulator, Debian's Python for arm64 and three
 wheels for it, unpacks them in FOLDER (300 MB), installs nothing, and says what to type.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A run whose last digits tell what it was computed with. `python platforms.py OUT`."""
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 from pathlib import Path

@@ -3,8 +3,6 @@
 Alone and as a swarm, by both integrators; in seconds under an emulated processor, too.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys

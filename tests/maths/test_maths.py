@@ -1,7 +1,5 @@
 """The same bits everywhere: within 1 ulp of the truth, of numbers and of arrays."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Recordings do not tell which processor they were made with."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The unscented Kalman filter: for a linear system it is the Kalman filter."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -8,14 +8,9 @@ import pytest
 
 from tests.network.lab import SOON, WORSE, Lab
 from tests.reliability.rig.programs import until
-from tests.reliability.rig.rig import missing
+from tests.reliability.rig.rig import MACHINES
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.root,
-    pytest.mark.timeout(400),
-    pytest.mark.skipif(bool(missing()), reason=missing()),
-]
+pytestmark = MACHINES
 HUB = "tcp/10.77.0.1:7447"
 
 

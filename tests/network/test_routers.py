@@ -3,18 +3,11 @@
 import re
 from pathlib import Path
 
-import pytest
-
 from tests.network.lab import SOON, Lab
 from tests.reliability.rig.programs import until
-from tests.reliability.rig.rig import missing
+from tests.reliability.rig.rig import MACHINES
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.root,
-    pytest.mark.timeout(400),
-    pytest.mark.skipif(bool(missing()), reason=missing()),
-]
+pytestmark = MACHINES
 
 
 def test_an_open_fabric_that_is_served_again(tmp_path: Path) -> None:

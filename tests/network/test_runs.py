@@ -7,14 +7,9 @@ import pytest
 
 from tests.network.lab import SOON, WIFI, WORSE, Lab
 from tests.reliability.rig.programs import Program, until
-from tests.reliability.rig.rig import missing
+from tests.reliability.rig.rig import MACHINES
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.root,
-    pytest.mark.timeout(400),
-    pytest.mark.skipif(bool(missing()), reason=missing()),
-]
+pytestmark = MACHINES
 #: seconds for a run that is cut off, loses packets, and is measured on a busy machine
 LONG = 240.0
 

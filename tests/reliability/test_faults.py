@@ -7,14 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.reliability import faults, one_machine
-from tests.reliability.rig.rig import missing
+from tests.reliability.rig.rig import MACHINES
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.root,
-    pytest.mark.timeout(400),
-    pytest.mark.skipif(bool(missing()), reason=missing()),
-]
+pytestmark = MACHINES
 
 
 @pytest.mark.parametrize("row", faults.ROWS, ids=[row.title for row in faults.ROWS])

@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -210,9 +209,7 @@ def test_users_of_one_machine_do_not_see_each_other(shared: Path) -> None:
         assert (shared / f"rems_net-{OTHER}").stat().st_uid == OTHER
         probe = f"open({str(note)!r}, 'w')"
         as_other = ["setpriv", f"--reuid={OTHER}", "--clear-groups", sys.executable]
-        tried = subprocess.run(
-            [*as_other, "-c", probe], capture_output=True, text=True, check=False
-        )
+        tried = finished([*as_other, "-c", probe])
         assert re.search("Permission", tried.stderr)
         assert notes.read(note) == Note(session.link.endpoint, session.id)
     note.unlink()

@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.users import load
 from tests.agents.runs import free_port
-from tests.commands import environment
+from tests.commands import begun, environment
 
 unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
 
@@ -85,13 +84,8 @@ def test_a_broken_file(tmp_path: Path, text: str, sentence: str) -> None:
 
 def router_says(*args: str) -> tuple[int, str, str]:
     """What `python -m rems_net.router` says, ended once it has begun."""
-    process = subprocess.Popen(
-        [sys.executable, "-W", "error", "-m", "rems_net.router", *args],
-        env=environment(PYTHONUNBUFFERED="1"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    words = [sys.executable, "-W", "error", "-m", "rems_net.router", *args]
+    process = begun(words, env=environment(PYTHONUNBUFFERED="1"))
     assert process.stdout is not None
     assert process.stderr is not None
     with process, process.stdout, process.stderr:

@@ -1,7 +1,5 @@
 """`rems docs [WORD]`: which page it opens, and what it says if it cannot."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

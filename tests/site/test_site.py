@@ -1,7 +1,5 @@
 """The site: built without a warning, read without a network, and searched."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import re

@@ -11,7 +11,7 @@ import pytest
 
 from tests.agents.runs import Router
 from tests.cli.conftest import LAB
-from tests.commands import YES, Running, command, environment, inside, terminal
+from tests.commands import YES, Running, begun, command, environment, inside, terminal
 
 KEYS_LINE = 'options.file = "keys.csv"'
 #: the input and the robot of `LAB` are on machine b, in one process
@@ -40,16 +40,8 @@ class Laptop:
         return self.python(*command(*args)[1:], stdin=stdin)
 
     def python(self, *args: str, stdin: int = subprocess.DEVNULL) -> Running:
-        process = subprocess.Popen(
-            [sys.executable, *args],
-            cwd=self.folder,
-            env=self.environment,
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        words = [sys.executable, *args]
+        process = begun(words, self.folder, self.environment, stdin=stdin)
         self.running.append(process)
         return process
 

@@ -2,7 +2,6 @@
 
 import os
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ from rems_net.robots.create2 import Create2
 from rems_net.robots.dynabot import Dynabot
 from rems_net.robots.scaler import Scaler
 from rems_net.testing import check_robot
+from tests.commands import finished
 from tests.drivers.hardware.refusal import refusal
 
 DEFINITIONS: dict[type[Driven], Any] = {
@@ -198,12 +198,7 @@ def test_not_permitted() -> None:
         "os.geteuid() or (os.setgroups([]), os.setgid(65534), os.setuid(65534))\n"
         "for path in sys.argv[1:]: print(refused(path))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, mine, ours],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = finished([sys.executable, "-c", code, mine, ours])
     for end in ends:
         os.close(end)
     chmod = r"Only administrators may: ask who .* `sudo chmod a\+rw PORT`\."

@@ -1,7 +1,6 @@
 """Both physics engines, by the same tests: what drives, slips, stalls and stays."""
 
 import struct
-import subprocess
 import sys
 from dataclasses import replace
 from importlib.util import find_spec
@@ -20,6 +19,7 @@ from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import AgentError, FieldValueError, MissingPartError, SchemaError
 from rems_net.libraries import no_wheels
 from rems_net.robots.woodbot import Woodbot
+from tests.commands import finished
 from tests.robots.figures import drive, rates, woodbot
 
 
@@ -379,13 +379,7 @@ robot.close()
 
 def test_nothing_is_loaded_early_and_nothing_is_printed(engine: Engine) -> None:
     program = QUIET.format(name=engine.__name__.lower(), driver=engine.__name__)
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    done = finished([sys.executable, "-W", "error", "-c", program])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

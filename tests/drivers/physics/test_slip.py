@@ -7,19 +7,9 @@ import pytest
 from rems_net.agents.robot import Driver
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
-from tests.drivers.physics.test_physics import needs
+from tests.drivers.physics.test_physics import ENGINES, needs
 from tests.robots.figures import woodbot
 
-BULLET = pytest.mark.parametrize(
-    "engine", [pytest.param(Pybullet, marks=needs("pybullet"))]
-)
-BOTH = pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param(Mujoco, marks=needs("mujoco")),
-        pytest.param(Pybullet, marks=needs("pybullet")),
-    ],
-)
 STEP = 0.01
 
 
@@ -35,13 +25,13 @@ def turned(engine: type[Driver], heading: float, rise: float) -> float:
         return degrees(robot.state["heading"]) - heading
 
 
-@BOTH
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("heading", [-30, 0, 20, 45, 90])
 def test_a_start_without_slip_is_straight(engine: type[Driver], heading: float) -> None:
     assert abs(turned(engine, heading, rise=0.5)) < 0.01
 
 
-@BOTH
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("heading", [0, 45, 90])
 def test_a_start_along_the_axes_is_straight(
     engine: type[Driver], heading: float
@@ -49,18 +39,14 @@ def test_a_start_along_the_axes_is_straight(
     assert abs(turned(engine, heading, rise=0.0)) < 0.001
 
 
-@BULLET
+@needs("pybullet")
 @pytest.mark.parametrize(("heading", "by"), [(-30, -0.68), (20, 0.71), (25, 0.74)])
-def test_a_start_with_slip_turns_in_bullet(
-    engine: type[Driver], heading: float, by: float
-) -> None:
+def test_a_start_with_slip_turns_in_bullet(heading: float, by: float) -> None:
     """As docs/woodbot.md says; an engine that mends it is welcome to fail this."""
-    assert turned(engine, heading, rise=0.0) == pytest.approx(by, abs=0.02)
+    assert turned(Pybullet, heading, rise=0.0) == pytest.approx(by, abs=0.02)
 
 
-@pytest.mark.parametrize("engine", [pytest.param(Mujoco, marks=needs("mujoco"))])
+@needs("mujoco")
 @pytest.mark.parametrize("heading", [-30, 20, 25])
-def test_a_start_with_slip_is_straight_in_mujoco(
-    engine: type[Driver], heading: float
-) -> None:
-    assert abs(turned(engine, heading, rise=0.0)) < 0.001
+def test_a_start_with_slip_is_straight_in_mujoco(heading: float) -> None:
+    assert abs(turned(Mujoco, heading, rise=0.0)) < 0.001

@@ -9,12 +9,12 @@ zenoh-pico's headers among them, all of the port is compiled; without, what need
 import os
 import re
 import shutil
-import subprocess
 from configparser import ConfigParser
 from pathlib import Path
 
 import pytest
 
+from tests.commands import finished
 from tests.firmware.compiling import FIRMWARE, build, compiler
 
 ESP32 = FIRMWARE / "esp32"
@@ -137,12 +137,7 @@ def test_a_computer_takes_the_board_s_options(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     words = ["-S", str(FIRMWARE / "posix"), f"-Dzenohpico_DIR={tmp_path}"]
-    done = subprocess.run(
-        ["cmake", *words, "-B", str(tmp_path)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = finished(["cmake", *words, "-B", str(tmp_path)], seconds=600)
     said = " ".join(done.stderr.split())
     assert done.returncode != 0
     for name, value in options().items():

@@ -21,6 +21,7 @@ from rems_net.router.mail import Mail, Mailbox
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router
+from tests.commands import finished
 from tests.firmware.console.cable import Cabled
 from tests.firmware.console.robot import TIMEOUT, Robot, build
 
@@ -207,7 +208,7 @@ def test_frames_come_back_and_damaged_ones_do_not(
 
 def test_a_robot_that_goes_by_wifi_is_told_of(robot: Robot) -> None:
     command = [sys.executable, "-m", "rems_net.cli", "board", "bridge", robot.port]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = finished(command)
     assert done.returncode == 2
     assert done.stderr == (
         f"rems: the robot at {robot.port} goes by Wi-Fi. For the cable, type: "

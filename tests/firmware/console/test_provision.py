@@ -1,7 +1,6 @@
 """`rems board provision`: what a teacher types, and what the robot keeps of it."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 from rems_net.cable.provision import for_a_robot
 from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
-from tests.commands import Done, command, inside
+from tests.commands import Done, begun, command, finished, inside
 from tests.firmware.console.robot import TIMEOUT, Robot
 
 serial = pytest.importorskip("serial", reason="pyserial is not installed.")
@@ -150,13 +149,8 @@ def test_the_password_is_a_line_of_the_input(robot: Robot) -> None:
 def test_the_password_is_not_echoed(robot: Robot) -> None:
     pty = pytest.importorskip("pty", reason="There are no pseudo-terminals here.")
     master, slave = pty.openpty()
-    process = subprocess.Popen(
-        command("board", "provision", "--port", robot.port, "--ssid", "lab-net"),
-        stdin=slave,
-        stdout=slave,
-        stderr=slave,
-        start_new_session=True,  # getpass asks the terminal, not that of the tests
-    )
+    words = command("board", "provision", "--port", robot.port, "--ssid", "lab-net")
+    process = begun(words, screen=slave)  # getpass asks there, not where tests are
     os.close(slave)
     shown = b""
     while b"Password of lab-net" not in shown:
@@ -229,9 +223,7 @@ def test_a_port_that_is_not_permitted(tmp_path: Path) -> None:
         "os.geteuid() or os.setuid(65534)  # root may open everything\n"
         "open_port(sys.argv[1])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, port], capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", code, port])
     assert f"you may not open {port}. " in done.stderr
     assert "ask who runs this machine for `sudo " in done.stderr
 

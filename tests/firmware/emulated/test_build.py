@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 import sys
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +12,7 @@ import pytest
 
 from rems_net.errors import MissingPartError
 from rems_net.firmware import build, library, port
-from tests.commands import ROOT
+from tests.commands import ROOT, finished
 
 needs_a_compiler = pytest.mark.skipif(
     not any(map(shutil.which, build.COMPILERS)),
@@ -138,12 +137,10 @@ def test_what_is_no_library_is_told(tmp_path: Path) -> None:
 @needs_a_compiler
 def test_the_wheel_brings_its_sources(tmp_path: Path) -> None:
     """Without a checkout, what `rems board emulate` compiles is in the package."""
-    done = subprocess.run(
+    done = finished(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
+        ROOT,
+        seconds=600,
     )
     assert done.returncode == 0, done.stderr
     installed = tmp_path / "installed"
@@ -153,17 +150,15 @@ def test_the_wheel_brings_its_sources(tmp_path: Path) -> None:
         "from rems_net.firmware import build, library; "
         "print(build.sources()); library.load_from(build.library())"
     )
-    ran = subprocess.run(
+    ran = finished(
         [sys.executable, "-P", "-c", code],
-        cwd=tmp_path,
+        tmp_path,
         env={
             **os.environ,
             "PYTHONPATH": str(installed),
             "XDG_CACHE_HOME": str(tmp_path / "cache"),
         },
-        capture_output=True,
-        text=True,
-        check=False,
+        seconds=600,
     )
     assert ran.returncode == 0, ran.stderr
     folder = Path(ran.stdout.strip())

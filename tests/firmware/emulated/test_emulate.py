@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import pytest
 
 from rems_net.firmware import port
 from tests.agents.runs import alive, until
-from tests.commands import command
+from tests.commands import begun, command
 from tests.commands import inside as rems
 from tests.firmware.emulated.scene import Serve, compiled, ported
 
@@ -30,13 +29,7 @@ class Emulate:
     """`rems board emulate` in a process of its own, and what it prints."""
 
     def __init__(self, *args: str, how: tuple[str, ...] = ("--library",)):
-        self.process = subprocess.Popen(
-            command("board", "emulate", *args, *how),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        self.process = begun(command("board", "emulate", *args, *how))
 
     def end(self) -> tuple[str, str]:
         """Ctrl+C; and all that it said."""

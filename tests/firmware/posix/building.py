@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from tests.commands import finished
 from tests.firmware.compiling import FIRMWARE
 
 SOURCE = FIRMWARE / "posix"
@@ -37,4 +38,4 @@ def build(folder: Path) -> tuple[Path, str]:
 
 
 def _run(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+    return finished(words, seconds=600)

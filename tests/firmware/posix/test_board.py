@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import rems_net
+from tests.commands import finished
 from tests.firmware.posix.faults import STANDS, TIMEOUT
 from tests.firmware.posix.scene import NAME, Scene
 from tests.reliability.rig.programs import Program, until
@@ -98,9 +99,7 @@ def test_settings_are_kept_and_options_come_first(scene: Scene) -> None:
 def test_mistakes_are_told_in_words(
     woodbot: Path, words: list[str], sentence: str
 ) -> None:
-    done = subprocess.run(
-        [woodbot, *words], capture_output=True, text=True, timeout=20.0, check=False
-    )
+    done = finished([woodbot, *words], seconds=20.0)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "password" not in done.stderr

@@ -1,10 +1,10 @@
 """What one task hands over to another: never torn, never waited for."""
 
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.commands import finished
 from tests.firmware.compiling import CORE, FIRMWARE, STRICT, build, compiler
 
 SOURCES = [CORE / "safety" / "handover.c", FIRMWARE / "test" / "test_handover.c"]
@@ -19,9 +19,7 @@ def test_two_threads(tmp_path: Path, name: str, flags: list[str]) -> None:
     """Also with the sanitizer of threads, which looks for what is not atomic."""
     words = [compiler(name), *STRICT, *flags, f"-I{CORE}", *map(str, SOURCES)]
     program = build([*words, "-pthread"], tmp_path / "test_handover")
-    done = subprocess.run(
-        [program, str(WRITES)], capture_output=True, text=True, check=False
-    )
+    done = finished([program, str(WRITES)])
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
     reads, good, changes = map(int, done.stdout.split())
     assert reads >= good >= changes >= 1

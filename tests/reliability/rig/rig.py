@@ -22,6 +22,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
+import pytest
+
 from tests.agents.runs import free_port
 from tests.reliability.rig.keeper import marked
 from tests.reliability.rig.programs import Program, send
@@ -44,6 +46,15 @@ def missing() -> str:
     if shutil.which("nsenter") is None:
         return "there is no nsenter (package util-linux)"
     return ""
+
+
+#: marks of tests on several machines
+MACHINES = [
+    pytest.mark.slow,
+    pytest.mark.root,
+    pytest.mark.timeout(400),
+    pytest.mark.skipif(bool(missing()), reason=missing()),
+]
 
 
 class Rig:

@@ -3,12 +3,12 @@
 import ipaddress
 import json
 import shutil
-import subprocess
 import sys
 
 import pytest
 
 from rems_net.router.finding.interfaces import Place, reachable, source
+from tests.commands import finished
 from tests.reliability.rig.rig import ROOT, missing
 
 #: makes devices with these names and addresses in a network namespace of its own, and
@@ -32,12 +32,8 @@ print(json.dumps([reachable(), tunnels()]))
 
 def look(devices: dict[str, str], out: str = "") -> tuple[list[str], list[str]]:
     """What is reachable, and what is a VPN, on a machine with these devices."""
-    done = subprocess.run(
-        ["unshare", "--net", sys.executable, "-c", LOOK, json.dumps(devices), out],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
+    done = finished(
+        ["unshare", "--net", sys.executable, "-c", LOOK, json.dumps(devices), out], ROOT
     )
     assert done.returncode == 0, done.stderr
     addresses, vpns = json.loads(done.stdout)
