@@ -25,7 +25,8 @@ def drive(seed: int, rows: int = 200, stands: slice = slice(0)) -> Drive:
 
 
 def described(one: Drive) -> str:
-    return str(identify([one], Woodbot, parameters=OPEN, names=[*TRUE]))
+    text = str(identify([one], Woodbot, parameters=OPEN, names=[*TRUE]))
+    return " ".join(text.split())  # as if no line ended
 
 
 def true(one: Drive) -> None:
