@@ -2,8 +2,8 @@
 
 A name is the end of a field's key, with dots: `x`, `state.x`, `sim.state.x`; a number
 may have a unit behind it. Everything is calculated in SI units, so `x` is in metres.
-Values are numbers or arrays: of many robots, or of all ticks of a run. What cannot be
-calculated, such as 1 / 0, is nan or infinite.
+Values are numbers or arrays: of many robots, or of all ticks of a run. A result that
+cannot be calculated, such as 1 / 0, is nan or infinite.
 """
 
 import ast

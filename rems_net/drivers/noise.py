@@ -4,18 +4,22 @@ The definition states how motors follow their command and how sensors deviate; a
 option switches the noise on.
 """
 
+import re
 from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.agents.runtime import runtime
-from rems_net.agents.table import table
 from rems_net.bodies.actuators import Actuators
 from rems_net.bodies.noise import Noise, Noisy, read_noises
 from rems_net.defdict import DefDict, Field, Schema, boolean, text
 from rems_net.drivers.needs import missing
+from rems_net.errors import ExperimentError
+from rems_net.toml import TOMLDecodeError, loads
 
+#: A path of several names, which TOML takes only in quotes.
+_PATH = re.compile(r"(?<![\w\"'/])([\w.-]+(?:/[\w.-]+)+)(?=\s*=)")
 #: options of every driver that is `Simulated`
 NOISE: dict[str, Field | Schema] = {
     "noise": boolean(default=False, doc="sensors with noise, as the definition has it"),
@@ -23,6 +27,18 @@ NOISE: dict[str, Field | Schema] = {
         max_len=4096, doc="noise in place of that: gyro/z = { absolute = 0.01 }"
     ),
 }
+
+
+def table(given: str, name: str) -> dict[str, Any]:
+    """Return the values of an option that is a line of TOML. Raises ExperimentError."""
+    quoted = _PATH.sub(r'"\1"', given)
+    try:
+        return dict(loads(f"all = {{ {quoted} }}")["all"])
+    except TOMLDecodeError as error:
+        raise ExperimentError(
+            f"{name} = {given!r:.80} cannot be read ({error}); write such as "
+            "'x = \"10 mm\", heading = 0.1'. (R0881)"
+        ) from None
 
 
 @runtime_checkable

@@ -18,7 +18,6 @@ import numpy as np
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
 from rems_net.agents.runtime import runtime
-from rems_net.agents.table import table
 from rems_net.agents.tick import Tick, time_of
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
@@ -31,6 +30,7 @@ from rems_net.defdict import (
 )
 from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.model import POSE
+from rems_net.drivers.noise import table
 from rems_net.errors import ExperimentError
 from rems_net.events import warn
 from rems_net.maths import hypot

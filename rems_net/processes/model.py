@@ -3,10 +3,10 @@
 from rems_net.agents.agent import Process
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition, combine
-from rems_net.agents.table import table
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import parse_quantity
 from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.noise import table
 from rems_net.errors import ExperimentError
 from rems_net.processes.fields import field_of, odd
 from rems_net.recordings.parameters.identified import as_line, parameters_for

@@ -1,5 +1,6 @@
 """A router with users: who is let in, and what the router itself refuses."""
 
+import hashlib
 import os
 import re
 from collections.abc import Iterator
