@@ -229,6 +229,7 @@ def test_a_crowd_comes_in_one_message_to_a_user(
     """The router lets it through: else each value would be asked for by its key."""
     robot = '[[robot]]\nname = "b{}"\ndefinition = "woodbot"\ndriver = "kinematic"\n'
     head = '[experiment]\ndt = "10 ms"\nduration = "50 ms"\n'
+    head += '[[output]]\nname = "log"\ntype = "csv"\n'
     many = [robot.format(i) + 'host = "many"\n' for i in range(CROWD + 1)]
     (tmp_path / "lab.toml").write_text(head + "".join(many))
     known = {"REMS_ROUTER": router, "REMS_USER": "anna", "REMS_PASSWORD": ANNA}
