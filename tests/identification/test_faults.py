@@ -95,5 +95,5 @@ def test_a_value_that_is_no_number_is_named(tmp_path: Path) -> None:
     lines = [",".join(columns), *(",".join(map(str, row)) for row in rows)]
     (tmp_path / "robot.csv").write_text("\n".join(lines), encoding="utf-8")
     recording = rems_net.read(tmp_path)
-    with pytest.raises(ExperimentError, match="has values that are not finite"):
+    with pytest.raises(ExperimentError, match="expected a number, but got 'nan'"):
         rems_net.identify(recording, definition=Woodbot)
