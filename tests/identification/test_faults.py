@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import rems_net
 from rems_net import Woodbot
 from rems_net.errors import ExperimentError
 from rems_net.identification.drive import Drive
@@ -81,3 +83,18 @@ def test_a_heading_that_turns_the_other_way_is_named() -> None:
     mirrored = {**one.state, "heading": -one.state["heading"], "y": -one.state["y"]}
     with pytest.raises(ExperimentError, match="'heading' turns the other way"):
         described(replace(one, state=mirrored))
+
+
+def test_a_value_that_is_no_number_is_named(tmp_path: Path) -> None:
+    one = drive(7, rows=50)
+    columns = {"time [s]": one.time}
+    columns |= {f"command/{p} [percent]": 100 * v for p, v in one.command.items()}
+    units = {"x": "m", "y": "m", "heading": "rad"}
+    columns |= {f"state/{p} [{units[p]}]": v.copy() for p, v in one.state.items()}
+    columns["state/x [m]"][17] = np.nan
+    rows = np.array([*columns.values()]).T.tolist()
+    lines = [",".join(columns), *(",".join(map(str, row)) for row in rows)]
+    (tmp_path / "robot.csv").write_text("\n".join(lines), encoding="utf-8")
+    recording = rems_net.read(tmp_path)
+    with pytest.raises(ExperimentError, match="expected a number, but got 'nan'"):
+        rems_net.identify(recording, definition=Woodbot)

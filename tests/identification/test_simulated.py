@@ -47,6 +47,8 @@ def holds(found: Fit, true: Mapping[str, float]) -> None:
         assert abs(found.values[name] - value) <= found.half[name]
 
 
+@pytest.mark.slow  # 60 simulations of 10 s
+@pytest.mark.timeout(900)
 def test_mass_and_friction_are_found() -> None:
     true = {"mass": 1.3, "tail_friction": 0.25}
     predictor, drive = planted(HEAVY, true, 0.2)
