@@ -9,7 +9,7 @@ from rems_net.agents.ports import In, Out
 from rems_net.agents.robot import Definition, combine
 from rems_net.defdict import DefDict, Schema, length, velocity
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.errors import SchemaError
+from rems_net.errors import SchemaError, UnknownFieldError
 from tests.robots.figures import CLASS, drive, rates, replay, woodbot
 from tests.robots.lab import models, recording
 
@@ -133,6 +133,15 @@ def test_a_definition_without_derivative_is_told_what_to_write() -> None:
     ) as why:
         combine(Statue, Kinematic)("s").prepare()
     assert "def derivative(self, state, command):" in str(why.value)
+
+
+def test_a_rate_of_an_unknown_field_is_found_before_the_start() -> None:
+    class Misspelt(Cart):
+        def derivative(self, state: DefDict, command: DefDict) -> dict[str, float]:
+            return {"widht": command["speed"]}
+
+    with pytest.raises(UnknownFieldError, match="Did you mean 'width'"):
+        combine(Misspelt, Kinematic)("m").prepare()
 
 
 def test_sensors_without_measure_are_told_what_to_write() -> None:
