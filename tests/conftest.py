@@ -27,9 +27,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture(autouse=True)
 def places() -> Iterator[None]:
-    """Forget the folders of files that a test loads: a later one could import them."""
-    path, here = sys.path[:], Path.cwd()
+    """Forget the files that a test loads, and their folders.
+
+    A later test could import from these, and its workers load all loaded files.
+    """
+    path, here, known = sys.path[:], Path.cwd(), set(sys.modules)
     yield
+    for name in sys.modules.keys() - known:
+        if name.startswith("rems_script:"):
+            del sys.modules[name]
     sys.path[:] = path
     os.chdir(here)
 

@@ -138,8 +138,9 @@ def test_pages(tmp_path: Path, page: Path) -> None:
     for i, block in enumerate(blocks(page, "python")):
         file = tmp_path / f"block{i}.py"
         file.write_text(block)
-        if ".run(" in block:
-            live = "pace" in block  # real time is for processes
+        if ".run(" in block or "sweep(" in block:
+            # real time, and the workers of a sweep, are for processes
+            live = "pace" in block or "sweep(" in block
             line = f"rems run --direct {file.name}"
             done = python(tmp_path, file.name) if live else rems(tmp_path, line)
             assert (done.returncode, done.stderr) == (0, ""), block

@@ -4,6 +4,7 @@ import inspect
 import re
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -148,9 +149,10 @@ def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
 
 
 def _to_be_said(cls: type[Agent]) -> dict[str, str]:
-    """Return the options without a usable default, empty strings, each as "..."."""
+    """Return the first option without a usable default, an empty string, as "..."."""
     rows = cls.options.schema.rows()
-    return {path: "..." for path, f in rows if f.dtype == "str" and not f.default}
+    empty = (path for path, f in rows if f.dtype == "str" and not f.default)
+    return dict.fromkeys(islice(empty, 1), "...")
 
 
 def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:

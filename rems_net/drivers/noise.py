@@ -63,7 +63,8 @@ class Simulated(Driver):
     def prepare(self) -> None:
         """Check that the definition states its noise, if the option asks for it."""
         senses = type(self).sensors.schema_for(self.parameters) is not None
-        if self.options["noise"] and senses and not self.noises():
+        stated = isinstance(self, Noised) or self.noises()
+        if self.options["noise"] and senses and not stated:
             raise missing(
                 self,
                 "noise()",

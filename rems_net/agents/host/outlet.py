@@ -246,16 +246,14 @@ def glob(key: str) -> str:
 def closing_of(agents: Collection[Agent], outlets: list[Outlet]) -> Outlet | None:
     """Return the last value of every tick of a host with one agent, if there is one.
 
-    This value also means `done`, which saves a message per tick; it is moved to the
-    end. It is a state if there is one, which most programs want. An output in the same
-    host would not be done yet: the run could end before its
-    row.
+    This value also means `done`, which saves a message per tick; it is put as the last
+    of its tick. It is a state if there is one, which most programs want. An output in
+    the same host would not be done yet: the run could end before its row.
     """
     steady = [o for o in outlets if o.run.every == 1 and o.run.in_step]
     if len(agents) != 1 or not steady:
         return None
     closing = next((o for o in steady if o.port == "state"), steady[-1])
-    outlets.append(outlets.pop(outlets.index(closing)))
     closing.closing = True
     return closing
 
@@ -292,6 +290,8 @@ class Outlets:
             key = f"{outlet.agent.key}/{outlet.port}"
             packed = key in read and key not in alone and outlet.run.in_step
             outlet.want(key in read and not packed, packed)
+        for some in self._kinds.values():
+            some.sort(key=lambda outlet: outlet.closing)
         return read
 
     def publish(self, kind: str, tick: Tick) -> None:
