@@ -9,6 +9,7 @@ from tests.reliability.rig.rig import missing
 
 
 @pytest.mark.root
+@pytest.mark.slow
 @pytest.mark.timeout(400)
 @pytest.mark.skipif(bool(missing()), reason=missing())
 def test_the_lesson_on_three_machines(tmp_path: Path) -> None:

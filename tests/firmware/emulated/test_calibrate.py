@@ -74,6 +74,7 @@ def check(found: dict[str, str]) -> None:
         assert float(found[f"{side}_top_speed"]) == pytest.approx(top, rel=0.04)
 
 
+@pytest.mark.slow  # five drives of a board, in real time
 @pytest.mark.timeout(240)
 def test_it_finds_what_the_servos_are_like(robot: EmulatedRobot) -> None:
     done = finished(command("board", "calibrate", "woodbot-7"), seconds=170)
