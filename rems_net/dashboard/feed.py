@@ -194,16 +194,22 @@ class Feed:
 
     def want(self, agents: Set[str]) -> None:
         """Subscribe to all ports of these agents; of other robots to `state` only."""
-        changed = (agents ^ self._wanted) & self.agents
+        changed = agents ^ self._wanted
         self._wanted = set(agents)
-        for agent in sorted(changed):
-            self._subscribe(agent)
+        for agent in sorted(self.agents):
+            if agent in changed or agent.endswith("/*"):
+                self._subscribe(agent)
 
     def _subscribe(self, agent: str) -> None:
         """Subscribe to what is wanted of an agent, and ask for its values once."""
         kind, _, name = agent.partition("/")
-        wanted = agent in self._wanted or kind == "world" or name == "*"
-        port = "*" if wanted else "state" if kind == "robot" else ""
+        wanted = agent in self._wanted
+        if name == "*":  # one of its members, which are no present agents
+            wanted = any(
+                one.startswith(f"{kind}/") for one in self._wanted - self.agents
+            )
+        whole = wanted or kind == "world"
+        port = "*" if whole else "state" if kind == "robot" else ""
         old, watch = self._watches.pop(agent, ("", None))
         if port == old and watch is not None:
             self._watches[agent] = old, watch

@@ -11,11 +11,12 @@ from typing import TypeVar
 
 import pytest
 
-from rems_net.client import Fabric, join
+from rems_net.client import Fabric
 from rems_net.errors import AgentError, FabricError
 from rems_net.events import listening
 from tests.agents.runs import PARTS, calm, until
 from tests.client.programs import programs
+from tests.client.test_fabric import try_join
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -56,12 +57,6 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
         [sys.executable, str(script)], cwd=tmp_path, stderr=subprocess.DEVNULL
     )
     told: list[str] = []
-
-    def try_join() -> Fabric | None:
-        try:
-            return join()
-        except FabricError:
-            return None
 
     try:
         fabric: Fabric = until(try_join)
