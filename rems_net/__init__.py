@@ -9,8 +9,6 @@ lab.output("log", "csv")
 lab.run()
 """
 
-from __future__ import annotations
-
 import sys
 
 # A constant of its own: `import typing` could load a user's typing.py.
@@ -176,7 +174,7 @@ def __dir__() -> list[str]:
 _FIRST = {"importlib", "linecache", "pathlib", "re", "traceback", "types", "typing"}
 
 
-def _hides(error: BaseException, trace: TracebackType | None) -> str:
+def _hides(error: BaseException, trace: "TracebackType | None") -> str:
     """Return the sentence if a user's file was imported as a module of Python, or "".
 
     It imports nothing, since that would run the user's file once more.
@@ -195,7 +193,7 @@ def _hides(error: BaseException, trace: TracebackType | None) -> str:
 
 
 def _tell(
-    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    kind: type[BaseException], error: BaseException, trace: "TracebackType | None"
 ) -> None:
     """Print an error that a script does not catch with its own lines, without ours."""
     try:

@@ -1,7 +1,5 @@
 """Server of the page: its files by HTTP, and its values by WebSocket, on one port."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import socket

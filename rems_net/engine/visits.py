@@ -4,8 +4,6 @@ Such as `fabric.robot("sim").reset()` and, of an engine, `engine.put(...)`: it i
 between two ticks. Outputs that record receive it; a rerun repeats it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from fnmatch import fnmatchcase
 from functools import wraps

@@ -4,8 +4,6 @@ A parameter is adopted only if a part of the drive that was not used is predicte
 with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any

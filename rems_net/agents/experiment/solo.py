@@ -1,7 +1,5 @@
 """Solo: a whole experiment in this process, stepped by its caller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from functools import cache
 from math import inf
@@ -171,7 +169,7 @@ class Solo:
             engine.step(Tick(n, time_of(n, dt), dt))
             self.n, self._within = n, False
 
-    def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
+    def run(self, until: "float | str | Callable[[Solo], bool] | None" = None) -> None:
         """Step until the experiment ends.
 
         until: fabric time (seconds, or text such as "200 ms"), or a function of this

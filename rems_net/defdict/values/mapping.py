@@ -5,8 +5,6 @@ fast path, which finds the limits and the place of a field in one look-up. All o
 values come here, and are accepted or explained.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
 
@@ -33,7 +31,7 @@ class FixedMapping(MutableMapping[str, Any]):
 
     _leaves: Leaves
     _root: ClassVar[Tree]  # the whole schema, of which a view shows a group
-    _schema: ClassVar[Schema]
+    _schema: "ClassVar[Schema]"
     _prefix: ClassVar[str]
     _first: ClassVar[int]
     _index: ClassVar[dict[str, int]]
@@ -141,7 +139,7 @@ class FixedMapping(MutableMapping[str, Any]):
     # -- what is inside -------------------------------------------------------
 
     @property
-    def schema(self) -> Schema:
+    def schema(self) -> "Schema":
         """The schema of this value."""
         return self._schema
 

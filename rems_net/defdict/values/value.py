@@ -9,8 +9,6 @@
 arrays, quantities of unyt, and text that shows units.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -63,12 +61,12 @@ class DefDict(FixedMapping, Arithmetic):
 
     def to(
         self,
-        target: Schema,
-        rules: Iterable[Rule] = (),
+        target: "Schema",
+        rules: "Iterable[Rule]" = (),
         *,
         missing: str = "error",
         surplus: str = "drop",
-    ) -> DefDict:
+    ) -> "DefDict":
         """Return this value converted into another schema."""
         convert = self._schema.converter(
             target, rules, missing=missing, surplus=surplus

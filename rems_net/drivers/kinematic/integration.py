@@ -1,7 +1,5 @@
 """Integration: steps a state by its rates, and checks that steps are short enough."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -52,7 +50,7 @@ class Integration:
     ""; after a warning, steps are no longer compared.
     """
 
-    def __init__(self, robot: Model, ahead: Ahead):
+    def __init__(self, robot: "Model", ahead: Ahead):
         self.robot, self.ahead, self.told = robot, ahead, ""
         kind = robot.options["integrator"]
         stated = getattr(robot, "integrator", "") if kind == "default" else kind

@@ -1,7 +1,5 @@
 """Connection: one client of a shared router, from its first byte to its last."""
 
-from __future__ import annotations
-
 import socket
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -26,7 +24,7 @@ class Connection:
     on in whole batches, checked by a Reader.
     """
 
-    def __init__(self, gate: Gate, client: End, host: str, ours: bool):
+    def __init__(self, gate: "Gate", client: End, host: str, ours: bool):
         #: ours: the client is on the router's machine
         self.gate, self.client, self.host, self.ours = gate, client, host, ours
         self.router: End | None = None
