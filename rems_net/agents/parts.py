@@ -204,9 +204,6 @@ def _parts(found: "Distribution", points: "list[EntryPoint]") -> Iterator[Part]:
         yield Part(kind, point.name, reference, origin, problem)
 
 
-# -- classes, by name --------------------------------------------------------------
-
-
 def reference(cls: type) -> str:
     """Return the reference by which `load` finds this class in another process.
 

@@ -74,8 +74,6 @@ class Commands:
             return now
         return put.value.copy()
 
-    # -- STOP --------------------------------------------------------------------
-
     def tell_if_stopped(self, robot: str) -> None:
         """Warn once that a robot is stopped; ask the robot again after news of STOP."""
         if self._heard is None:

@@ -32,8 +32,6 @@ class Schema(Tree):
     def __reduce__(self) -> "tuple[Callable[[bytes], Schema], tuple[bytes]]":
         return Schema.from_wire, (self.to_wire(),)
 
-    # -- values ---------------------------------------------------------------
-
     @cached_property
     def _kind(self) -> type[DefDict]:
         return value_class(self)
@@ -98,8 +96,6 @@ class Schema(Tree):
         """Build a schema from its description; raise WireError on anything else."""
         return describe.from_wire(payload, Schema)
 
-    # -- becoming another -----------------------------------------------------
-
     def converter(
         self,
         target: "Schema",
@@ -118,8 +114,6 @@ class Schema(Tree):
     def explain(self, target: "Schema", rules: Iterable[Rule] = ()) -> str:
         """Return a table of where each field of the target would come from."""
         return self.converter(target, rules).explain()
-
-    # -- composition ----------------------------------------------------------
 
     def __add__(self, other: "Schema") -> "Schema":
         """Return a schema with the fields of both; a clash is refused."""

@@ -95,8 +95,6 @@ class Visits:
             if fnmatchcase(key, what):
                 inlet.messages.called.append((key, text, badge))
 
-    # -- again -------------------------------------------------------------------
-
     def plan(self, agent: Agent, rows: Iterable[Sequence[Any]]) -> None:
         """Repeat these calls of a recording: rows of `Outside`, in their order."""
         self._repeats += [(agent, Outside(*row)) for row in rows]

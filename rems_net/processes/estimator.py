@@ -208,8 +208,6 @@ class Estimator(Process):
             ]
         )
 
-    # -- the belief ----------------------------------------------------------------
-
     def moments(self, values: Floats, less: Callable[[Any, Any], Any]) -> Moments:
         """Return the moments of values at the sigma points."""
         raise NotImplementedError

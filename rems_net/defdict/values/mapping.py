@@ -136,8 +136,6 @@ class FixedMapping(MutableMapping[str, Any]):
     def __deepcopy__(self, memo: object) -> Self:
         return self.copy()
 
-    # -- what is inside -------------------------------------------------------
-
     @property
     def schema(self) -> "Schema":
         """The schema of this value."""
@@ -151,8 +149,6 @@ class FixedMapping(MutableMapping[str, Any]):
     def flat(self) -> dict[str, Any]:
         """Return a plain dict of path to value."""
         return dict(zip(self._schema.paths, self.leaves(), strict=True))
-
-    # -- setting --------------------------------------------------------------
 
     def _assign(self, values: Any) -> None:
         """Set from a mapping (some fields), or a sequence (every leaf in order)."""
@@ -196,8 +192,6 @@ class FixedMapping(MutableMapping[str, Any]):
                 return self._group(self._prefix + key)._around(self._leaves)
         raise self._unknown(key)
 
-    # -- words ----------------------------------------------------------------
-
     def _place(self) -> str:
         name = self._root.name
         return f"{name}: {self._prefix[:-1]!r}" if self._prefix else name
@@ -222,9 +216,6 @@ def copied(leaves: Leaves) -> Leaves:
 def _some(paths: Sequence[str]) -> str:
     more = ", ..." if len(paths) > 8 else ""
     return ", ".join(map(repr, paths[:8])) + more
-
-
-# -- when two values are the same --------------------------------------------------
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -36,8 +36,6 @@ class DefDict(FixedMapping, Arithmetic):
 
     __slots__ = ()
 
-    # -- attributes -----------------------------------------------------------
-
     def __setattr__(self, key: str, value: Any) -> None:
         if key not in self._schema.entries:
             raise UnknownAttributeError(str(self._unknown(key)))
@@ -52,8 +50,6 @@ class DefDict(FixedMapping, Arithmetic):
         if key.startswith("__"):
             raise AttributeError(key)
         raise UnknownAttributeError(str(self._unknown(key)))
-
-    # -- as bytes, as another, as plain Python --------------------------------
 
     def encode(self) -> bytes:
         """Return the payload: one msgpack map in schema order."""
@@ -100,8 +96,6 @@ class DefDict(FixedMapping, Arithmetic):
             for key, value in self.items()
         }
 
-    # -- limits ---------------------------------------------------------------
-
     def clip(
         self, values: Mapping[str, Any] | None = None, /, **fields: Any
     ) -> dict[str, Any]:
@@ -113,8 +107,6 @@ class DefDict(FixedMapping, Arithmetic):
                 asked[path] = _limited(field, number, f"{self._schema.name}: {path!r}")
         self.update(asked)
         return {path: self[path] for path in asked}
-
-    # -- as numbers -----------------------------------------------------------
 
     def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
         """Return the numbers of all fields as a vector, or as a column (float64)."""
@@ -152,8 +144,6 @@ class DefDict(FixedMapping, Arithmetic):
             given[path] = _back(field, flat[first : first + field.size])
             first += field.size
         self.update(given)
-
-    # -- with units -----------------------------------------------------------
 
     def quantity(self, path: str) -> Any:
         """Return a field as a quantity of unyt."""
@@ -238,9 +228,6 @@ def _text(field: Field, leaf: Any) -> str:
     if field.shape:
         return f"{show(leaf.tolist())}{unit}"
     return f"{leaf!r}{unit}" if field.numeric else show(leaf)
-
-
-# -- the nearest value that a field takes ------------------------------------------
 
 
 def _spread(

@@ -210,8 +210,6 @@ class DeviceThread(Thread):
             if isinstance(error, OSError) and not isinstance(error, TimeoutError):
                 raise
 
-    # -- losing the device, and the end ------------------------------------------
-
     def _lose(self, error: OSError) -> None:
         """Give the line back, and wait before the next attempt to connect."""
         first = not self.ready.is_set()

@@ -85,8 +85,6 @@ class Integration:
             for path in first
         }
 
-    # -- is the step short enough? -------------------------------------------------
-
     def disagrees(self, state: Any, command: Any, h: float, told: Any) -> Any:
         """Return whether two steps in a row disagree with their halves, or an array.
 
@@ -179,8 +177,6 @@ class Integration:
         for path in rates:
             groups.setdefault(getattr(find(path), "unit", ""), []).append(path)
         return groups.values()
-
-    # -- values that are not finite ----------------------------------------------
 
     def endless(self, path: str, rate: float, h: float) -> SchemaError:
         """Return the error for a field of the state that is infinite or NaN."""

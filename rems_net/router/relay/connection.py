@@ -40,8 +40,6 @@ class Connection:
         client.took, client.closed, client.sent = self._take, self.end, self._resume
         client.read(True)
 
-    # -- from the client ---------------------------------------------------------------
-
     def _take(self, data: memoryview) -> None:
         """Pass whole batches on, and keep the incomplete rest."""
         whole = memoryview(self._rest + data) if self._rest else data
@@ -132,8 +130,6 @@ class Connection:
         else:
             self.client.read(True)
 
-    # -- from Zenoh --------------------------------------------------------------------
-
     def _answer(self, data: memoryview) -> None:
         """Read Zenoh's side of the handshake; then pass all on unread."""
         answers = self._answers + data
@@ -173,8 +169,6 @@ class Connection:
             self.router.read(True)
             if self._step != self._too_early and not self.router.pending:
                 self.client.read(True)
-
-    # -- the end -----------------------------------------------------------------------
 
     def refuse(self, reason: int) -> None:
         """Close with a reason that the client can read."""

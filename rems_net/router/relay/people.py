@@ -85,8 +85,6 @@ class People:
         self._stops: dict[str, OrderedDict[str, tuple[float, str]]] = {}
         self._lock = Lock()
 
-    # -- what the gate sees ------------------------------------------------------------
-
     def came(self, one: "Connection", now: float) -> None:
         """Note a session that was let in."""
         key = one.owner, one.host
@@ -135,8 +133,6 @@ class People:
                 stops.move_to_end(fabric)
                 if len(stops) > STOPS:
                     stops.popitem(last=False)
-
-    # -- what others want to know ------------------------------------------------------
 
     def who_stopped(self, fabric: str) -> str:
         """Return, and forget, the last author of a STOP there: user and laptop."""
