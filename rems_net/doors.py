@@ -1,9 +1,12 @@
 """Front doors: packages that offer names of other modules, imported at first use."""
 
+import ast
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import cache
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 from rems_net.errors import nearest
@@ -28,18 +31,31 @@ _RENAMED = {"rems_net.agents.robot.join": "combine"}
 _ALL = f" All public names are in {', '.join(DOORS[:-1])} and {DOORS[-1]}."
 
 
-def door(
-    package: str, homes: Mapping[str, str]
-) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` of a package that offers names of others.
+@cache
+def homes(package: str) -> dict[str, str]:
+    """Return the module of each public name of a package.
 
-    homes: module -> its public names, with blanks between them
+    The package has them as imports for type checkers, `from module import X as X`.
     """
-    of = {name: module for module, names in homes.items() for name in names.split()}
+    text = Path(str(vars(sys.modules[package])["__file__"])).read_text("utf-8")
+    return {
+        name.name: str(node.module)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+        if name.asname == name.name
+    }
+
+
+def door(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Return `__getattr__` and `__dir__` of a package that offers names of others."""
 
     def getattribute(name: str) -> object:
         if f"{package}.{name}" in DOORS:
             return import_module(f"{package}.{name}")
+        of = homes(package)
+        if name == "__all__":
+            return sorted(of)
         if name not in of:
             # Python uses `name` and `obj` to suggest the nearest name.
             raise AttributeError(
@@ -53,7 +69,7 @@ def door(
         return value
 
     def names() -> list[str]:
-        return sorted([*vars(sys.modules[package]), *of])
+        return sorted([*vars(sys.modules[package]), *homes(package)])
 
     return getattribute, names
 
@@ -82,13 +98,13 @@ def _no_module(module: str) -> str:
 def _no_name(module: str, name: str) -> str:
     from difflib import get_close_matches  # takes 2 ms to load
 
-    homes = {n: door for door in reversed(DOORS) for n in import_module(door).__all__}
+    doors = {n: door for door in reversed(DOORS) for n in import_module(door).__all__}
     lacks = f"{module} has no {name!r}."
     name = _RENAMED.get(f"{module}.{name}", name)
-    if name in homes:
-        return f"{lacks} Write: from {homes[name]} import {name}"
-    known = [n for n in homes if homes[n] == module]
-    close = get_close_matches(name, known, 1) or get_close_matches(name, homes, 1)
+    if name in doors:
+        return f"{lacks} Write: from {doors[name]} import {name}"
+    known = [n for n in doors if doors[n] == module]
+    close = get_close_matches(name, known, 1) or get_close_matches(name, doors, 1)
     if not close:
         return f"{lacks}{_ALL}"
-    return f"{lacks} Did you mean: from {homes[close[0]]} import {close[0]}?"
+    return f"{lacks} Did you mean: from {doors[close[0]]} import {close[0]}?"

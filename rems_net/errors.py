@@ -23,8 +23,6 @@ A message names the expected value, the received one, and the next thing to type
 ends in a code for the kind of mistake: `rems explain R0104` prints more about that one.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -138,7 +136,7 @@ class AgentError(RemsError, RuntimeError):
         self.agent = agent
         self.cause = cause
 
-    def __reduce__(self) -> tuple[type[AgentError], tuple[str, str]]:
+    def __reduce__(self) -> "tuple[type[AgentError], tuple[str, str]]":
         return type(self), (self.agent, self.cause)
 
 
@@ -188,7 +186,7 @@ def some(names: Iterable[str], most: int = 12) -> str:
     return (", ".join(known[:most]) or "none") + more
 
 
-def whereabouts(path: Path, *suffixes: str) -> str:
+def whereabouts(path: "Path", *suffixes: str) -> str:
     """Return where a missing file was looked for, and the nearest name there.
 
     Notepad adds `.txt` to a name, and Windows hides the endings of names.

@@ -11,12 +11,9 @@ common units, without `min`, which is a function of Python.
 """
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rems_net.errors import UnitError, nearest
-
-if TYPE_CHECKING:
-    pass
 
 #: quantities: functions that make fields of their kind
 _QUANTITIES = """

@@ -9,8 +9,6 @@ Nothing of it is imported before its name is used. Another process gets the clas
 module and name (`reference`), so it never looks for entry points.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterator
@@ -184,7 +182,7 @@ def _may_bring(folder: str) -> bool:
         return True
 
 
-def _shadowed(found: Distribution) -> bool:
+def _shadowed(found: "Distribution") -> bool:
     """Return whether another version comes first, so this one is never imported."""
     from importlib.metadata import distribution
 
@@ -192,7 +190,7 @@ def _shadowed(found: Distribution) -> bool:
     return first.locate_file("") != found.locate_file("")
 
 
-def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
+def _parts(found: "Distribution", points: "list[EntryPoint]") -> Iterator[Part]:
     origin = f"{found.metadata['Name']} {found.version}"
     for point in points:
         problem, kind = "", GROUPS[point.group]
@@ -204,9 +202,6 @@ def _parts(found: Distribution, points: list[EntryPoint]) -> Iterator[Part]:
             problem = "a name has no ':'."
         reference = f"{match[1]}:{match[2]}" if match else point.value
         yield Part(kind, point.name, reference, origin, problem)
-
-
-# -- classes, by name --------------------------------------------------------------
 
 
 def reference(cls: type) -> str:

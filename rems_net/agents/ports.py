@@ -11,8 +11,6 @@ On the class, `Cart.state` is the port; on an instance, `cart.state` is its live
 DefDict, and `cart.state = {"x": 1.0}` updates it by the rules of the schema.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from typing import Any, Self, cast, overload
@@ -93,7 +91,7 @@ class Port(Slot):
     """
 
     def __init__(
-        self, schema: Schema | Port | Callable[[DefDict], Schema] | None = None
+        self, schema: "Schema | Port | Callable[[DefDict], Schema] | None" = None
     ):
         given = schema._schema if isinstance(schema, Port) else schema
         if isinstance(given, type) or not (given is None or callable(given)):

@@ -1,7 +1,5 @@
 """Robot: a definition (schemas and kinematics) joined with a driver (motion)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -48,9 +46,9 @@ class Robot(Articulated, Agent):
     #: whether it has something to command; a camera has not
     obeys: ClassVar[bool] = True
     #: The world that the robot shares with others; None for a robot that is alone.
-    shared: Shared | None = None
+    shared: "Shared | None" = None
     #: The world that `reset` uses: the shared one, or a simulator's own.
-    _world: Shared | None = None
+    _world: "Shared | None" = None
     #: m, m, rad. Where the robot is bolted down, if its state does not have it.
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -331,7 +329,7 @@ class Driver(Robot):
         return None
 
     @classmethod
-    def share(cls, robots: Sequence[Any], scene: Scene) -> Shared:
+    def share(cls, robots: Sequence[Any], scene: "Scene") -> "Shared":
         """Return the world that these robots of this driver share.
 
         Nothing is acquired before the first robot is opened. Raises SchemaError for

@@ -133,8 +133,6 @@ class Runtime:
         self.source_ticks.clear()
         self.source_tick = 0
 
-    # -- may it move? ------------------------------------------------------------
-
     @property
     def held(self) -> bool:
         """Whether STOP holds, by a tick or by the guard."""

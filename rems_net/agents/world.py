@@ -27,12 +27,12 @@ from rems_net.scenes.description import (
     CYLINDER,
     GHOST,
     HAUNT,
+    OBJECT as OBJECT,
     RAMP,
     WALL,
     described,
     level,
 )
-from rems_net.scenes.description import OBJECT as OBJECT
 from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene
 from rems_net.scenes.shared import Shared

@@ -9,8 +9,6 @@ the motor's speed approaches what is commanded with this time constant. Drivers 
 command for a whole tick, so what acts is the mean speed over the tick.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
@@ -120,7 +118,7 @@ class Actuators:
         self._waiting = deque([(float(given["delay"]), self._speed)])
 
     @classmethod
-    def of(cls, parameters: DefDict, rest: DefDict) -> Actuators | None:
+    def of(cls, parameters: DefDict, rest: DefDict) -> "Actuators | None":
         """Return the motors by these parameters; None if they do all at once."""
         fields = driven(parameters.schema)
         if not fields:

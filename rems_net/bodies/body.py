@@ -9,35 +9,38 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 # All classes that describe a body can be imported from here.
-from rems_net.bodies.arena import Arena as Arena
-from rems_net.bodies.arena import Wall as Wall
-from rems_net.bodies.joints import Hinge as Hinge
-from rems_net.bodies.joints import Joint as Joint
-from rems_net.bodies.joints import Loop as Loop
-from rems_net.bodies.joints import Servo as Servo
-from rems_net.bodies.joints import Slide as Slide
+from rems_net.bodies.arena import Arena as Arena, Wall as Wall
+from rems_net.bodies.joints import (
+    Hinge as Hinge,
+    Joint as Joint,
+    Loop as Loop,
+    Servo as Servo,
+    Slide as Slide,
+)
 from rems_net.bodies.marker import Marker as Marker
-from rems_net.bodies.model import Driven as Driven
-from rems_net.bodies.model import Model as Model
-from rems_net.bodies.model import Source as Source
-from rems_net.bodies.parts import Array as Array
-from rems_net.bodies.parts import Box as Box
-from rems_net.bodies.parts import Cylinder as Cylinder
-from rems_net.bodies.parts import Lump as Lump
-from rems_net.bodies.parts import Part as Part
-from rems_net.bodies.parts import Shape as Shape
-from rems_net.bodies.parts import Sphere as Sphere
-from rems_net.bodies.parts import Vector as Vector
-from rems_net.bodies.parts import lump as lump
-from rems_net.bodies.sensors import Accelerometer as Accelerometer
-from rems_net.bodies.sensors import Camera as Camera
-from rems_net.bodies.sensors import Compass as Compass
-from rems_net.bodies.sensors import Encoder as Encoder
-from rems_net.bodies.sensors import Gyro as Gyro
-from rems_net.bodies.sensors import Ray as Ray
-from rems_net.bodies.sensors import Sensor as Sensor
-from rems_net.bodies.sensors import Switch as Switch
-from rems_net.bodies.sensors import Tachometer as Tachometer
+from rems_net.bodies.model import Driven as Driven, Model as Model, Source as Source
+from rems_net.bodies.parts import (
+    Array as Array,
+    Box as Box,
+    Cylinder as Cylinder,
+    Lump as Lump,
+    Part as Part,
+    Shape as Shape,
+    Sphere as Sphere,
+    Vector as Vector,
+    lump as lump,
+)
+from rems_net.bodies.sensors import (
+    Accelerometer as Accelerometer,
+    Camera as Camera,
+    Compass as Compass,
+    Encoder as Encoder,
+    Gyro as Gyro,
+    Ray as Ray,
+    Sensor as Sensor,
+    Switch as Switch,
+    Tachometer as Tachometer,
+)
 
 #: North of a compass, in the arena's frame: along +y.
 NORTH: Vector = (0.0, 1.0, 0.0)

@@ -4,8 +4,6 @@ Joints make a tree: each has parts, and carries further joints. While all joints
 zero, every frame is parallel to the body's own.
 """
 
-from __future__ import annotations
-
 from dataclasses import KW_ONLY, dataclass
 from math import inf
 
@@ -71,7 +69,7 @@ class Joint:
     limits: tuple[float, float] | None = None
     damping: float = 0.0
     position: str = ""
-    joints: tuple[Joint, ...] = ()
+    joints: "tuple[Joint, ...]" = ()
 
     def __post_init__(self) -> None:
         name, (what, effort), droop = self.name, self.motor, self.droop

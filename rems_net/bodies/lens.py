@@ -4,8 +4,6 @@ Frame of a camera: x to the right, y down, z ahead. The middle of the upper left
 is at (0, 0), and that of the lower right one at (width - 1, height - 1), as in OpenCV.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +49,7 @@ class Lens:
             )
 
     @classmethod
-    def seeing(cls, width: int, height: int, field_of_view: float) -> Lens:
+    def seeing(cls, width: int, height: int, field_of_view: float) -> "Lens":
         """Return an ideal lens with this field of view from left to right, rad."""
         f = width / 2 / float(tan(field_of_view / 2))
         return cls(width, height, f, f, (width - 1) / 2, (height - 1) / 2)
@@ -94,7 +92,7 @@ class Lens:
         """Return the slopes (n, 2), x/z and y/z, of the light that meets pixels."""
         return self.straighten((pixels - (self.cx, self.cy)) / (self.fx, self.fy))
 
-    def straight(self) -> Lens:
+    def straight(self) -> "Lens":
         """Return a lens without distortion whose picture has all that this one has."""
         if not self.bent:
             return self

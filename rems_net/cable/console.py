@@ -117,8 +117,6 @@ class Console:
             if kind is Kind.RESULT and data[:1] == bytes([Command.WIFI]):
                 return said
 
-    # -- pieces ---------------------------------------------------------------
-
     def write(self, portion: bytes) -> None:
         """Write to the line. Raises FabricError if it is gone."""
         try:

@@ -1,7 +1,5 @@
 """`rems dashboard`: a page that shows a fabric in the browser."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys
@@ -158,7 +156,7 @@ def _ports(args: argparse.Namespace) -> Sequence[int]:
     return [args.port] if args.port else range(PORT, PORT + TRIES)
 
 
-def _links(args: argparse.Namespace, door: Door) -> list[str]:
+def _links(args: argparse.Namespace, door: "Door") -> list[str]:
     return door.links(f"?field={quote(args.field)}" if args.field else "")
 
 

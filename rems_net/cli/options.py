@@ -1,7 +1,5 @@
 """Options that several verbs have, and their output: results on stdout."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
@@ -36,7 +34,7 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         return super()._format_action(action)
 
 
-def console(args: argparse.Namespace) -> Console:
+def console(args: argparse.Namespace) -> "Console":
     """Return the console for results. Only a terminal gets colours, if wanted."""
     # Imported here: rich takes 50 ms to load, and many verbs print plain lines.
     from rich.console import Console
@@ -92,7 +90,7 @@ def add_like(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def recording_of(args: argparse.Namespace) -> Recording:
+def recording_of(args: argparse.Namespace) -> "Recording":
     """Return the recording that the arguments name. Raises ExperimentError."""
     from rems_net.recordings.recording import read
 
@@ -149,7 +147,7 @@ def fabric_of(args: argparse.Namespace) -> str:
     return check_name(args.fabric, "--fabric") if args.fabric else ""
 
 
-def plain_table(*columns: str, right: tuple[str, ...] = ()) -> Table:
+def plain_table(*columns: str, right: tuple[str, ...] = ()) -> "Table":
     """Return a table without lines that wraps long words instead of cutting them."""
     from rich.table import Table
 
@@ -195,7 +193,7 @@ def show_files(files: Sequence[Path]) -> None:
         print("The outputs wrote no files.")
 
 
-def show_schema(schema: Schema) -> str:
+def show_schema(schema: "Schema") -> str:
     """Return `x [m], y [m], heading [rad]`, and how many more after the first dozen."""
     pairs = zip(schema.paths, schema.fields, strict=True)
     each = [f"{path} [{f.unit}]" if f.unit else path for path, f in pairs]

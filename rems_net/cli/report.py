@@ -1,7 +1,5 @@
 """Report of a run: how far its robots are apart, and why."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
@@ -27,7 +25,7 @@ PICTURE = "comparison.png"
 SHOWN, WIDE = 9, 80
 
 
-def report(out: Console, title: str, recording: Recording) -> None:
+def report(out: "Console", title: str, recording: Recording) -> None:
     """Print how far apart robots were, if there are two, and draw a picture of it."""
     robots = recording.trajectories()
     pairs = recording.pairs(robots)
@@ -50,7 +48,7 @@ def report(out: Console, title: str, recording: Recording) -> None:
 
 
 def _picture(
-    out: Console,
+    out: "Console",
     title: str,
     folder: Path,
     robots: Sequence[Trajectory],
@@ -65,7 +63,7 @@ def _picture(
         warn(f"cannot write {folder / PICTURE}: {error.strerror}.")
 
 
-def pairs_table(pairs: Sequence[Pair]) -> Table:
+def pairs_table(pairs: Sequence[Pair]) -> "Table":
     """Return a line per pair: position error, heading error, when they parted.
 
     With many robots it has one line for each, compared with the reference robot.
@@ -134,7 +132,7 @@ def why_lines(
     yield f"where, and what else: rems compare {folders} {' '.join(which)}"
 
 
-def differences_table(found: Sequence[Difference]) -> Table:
+def differences_table(found: Sequence[Difference]) -> "Table":
     """Return a line per pair and field, in the unit of the first."""
     columns = ("rms", "final", "most")
     table = plain_table("pair", "field", *columns, right=columns)

@@ -194,8 +194,6 @@ class Client:
         rows = gathered.values[mail.key] if mail else []
         return [row["agent"] for row in rows]
 
-    # -- waiting for whom was asked ----------------------------------------------
-
     def _wait(self, glob: str, asking: Asking, gathered: Gathered[Any]) -> None:
         """Wait for the awaited agents, while some program keeps the question open."""
         missing = self._met(glob)

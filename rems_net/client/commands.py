@@ -5,8 +5,6 @@ sent. A program that sets two fields one after the other would lose the first, s
 command is remembered until the robot obeys it or a newer one.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from rems_net.client.answers import read_flag
@@ -42,7 +40,7 @@ class Put:
 class Commands:
     """The commands that this client has put."""
 
-    def __init__(self, client: Client):
+    def __init__(self, client: "Client"):
         self._client = client
         self._last: dict[str, Put] = {}
         #: number of messages about STOP; None before the subscription
@@ -75,8 +73,6 @@ class Commands:
             del self._last[key]
             return now
         return put.value.copy()
-
-    # -- STOP --------------------------------------------------------------------
 
     def tell_if_stopped(self, robot: str) -> None:
         """Warn once that a robot is stopped; ask the robot again after news of STOP."""

@@ -5,8 +5,6 @@ the number of this lease only. Each command has the tick of the newest state tha
 driver saw, so a robot ignores commands that were given to an old picture.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Set
 from contextlib import suppress
@@ -74,7 +72,7 @@ class Driving:
     key: `robot/sim`, `input/stick`.  by: name of the person.
     """
 
-    def __init__(self, fabric: Fabric, key: str, by: str = ""):
+    def __init__(self, fabric: "Fabric", key: str, by: str = ""):
         self.key, self._fabric = key, fabric
         user = by or fabric.session.link.user or _user()
         self._by = ascii(f"{user} on {machine()}")[1:-1][:HOLDER]

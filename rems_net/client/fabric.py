@@ -9,8 +9,6 @@ with rems_net.join() as fabric:
         print(state)
 """
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from threading import Event
@@ -38,7 +36,7 @@ from rems_net.router.keys import full_key
 from rems_net.router.session import Session
 
 
-def join(fabric: str = "", at: str = "") -> Fabric:
+def join(fabric: str = "", at: str = "") -> "Fabric":
     """Join the running fabric, found as `rems list` finds it; close it by `with`.
 
     Without `with` it is closed when the program ends.

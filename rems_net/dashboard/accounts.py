@@ -4,8 +4,6 @@ A page acts with the rights of its user, by a session of this user at the router
 sessions in one process cost 2 MB; one is open only while its user looks.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Callable, Coroutine, Mapping

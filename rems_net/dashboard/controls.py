@@ -5,8 +5,6 @@ the server knows how old the picture was for which a person moved the stick, in 
 time: also while the fabric is paused, when the ticks of commands do not grow old.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor

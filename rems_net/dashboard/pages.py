@@ -1,7 +1,5 @@
 """Pages: the browsers that look now, and what each has received."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Server of the page: its files by HTTP, and its values by WebSocket, on one port."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import socket
@@ -13,8 +11,12 @@ from functools import partial
 from http import HTTPStatus
 from typing import Any
 
-from websockets.asyncio.server import Server as Listener
-from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.asyncio.server import (
+    Server as Listener,
+    ServerConnection,
+    broadcast,
+    serve,
+)
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response

@@ -1,7 +1,5 @@
 """Stream: what all pages of a fabric receive: values, and the state of the run."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Awaitable, Callable
@@ -105,7 +103,7 @@ class Stream:
             tasks.create_task(self._always(self._look_at_hands))
             tasks.create_task(self._always(self._look_at_scenes))
 
-    def on(self, fabric: Fabric) -> Stream:
+    def on(self, fabric: Fabric) -> "Stream":
         """Return a stream of another fabric, over the same session."""
         return Stream(fabric, self._send, self.rate)
 

@@ -1,7 +1,5 @@
 """Streams: one of each fabric that some page shows. The first one runs always."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter
 from collections.abc import Iterator

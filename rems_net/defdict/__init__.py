@@ -9,10 +9,13 @@ from rems_net.defdict.fields.makers import (
     angle,
     angular_acceleration,
     angular_velocity,
+    array as array,
     blob,
     boolean,
     charge,
     choice,
+    count as count,
+    current as current,
     force,
     frequency,
     integer,
@@ -22,40 +25,42 @@ from rems_net.defdict.fields.makers import (
     mass,
     number,
     percent,
+    power as power,
     pressure,
     ratio,
     resistance,
     temperature,
+    text as text,
+    time as time,
     torque,
     velocity,
     voltage,
 )
-from rems_net.defdict.fields.makers import array as array
-from rems_net.defdict.fields.makers import count as count
-from rems_net.defdict.fields.makers import current as current
-from rems_net.defdict.fields.makers import power as power
-from rems_net.defdict.fields.makers import text as text
-from rems_net.defdict.fields.makers import time as time
 from rems_net.defdict.rule import rule
 from rems_net.defdict.schema import Schema, merge_schemas
-from rems_net.defdict.values.classes import anew as anew
-from rems_net.defdict.values.classes import changed as changed
-from rems_net.defdict.values.classes import gather as gather
-from rems_net.defdict.values.classes import lock as lock
-from rems_net.defdict.values.classes import refill as refill
-from rems_net.defdict.values.classes import scatter as scatter
-from rems_net.defdict.values.classes import shown as shown
+from rems_net.defdict.values.classes import (
+    anew as anew,
+    changed as changed,
+    gather as gather,
+    lock as lock,
+    refill as refill,
+    scatter as scatter,
+    shown as shown,
+)
 from rems_net.defdict.values.value import DefDict
-from rems_net.defdict.wire.cdr import Cdr as Cdr
-from rems_net.defdict.wire.cdr import ToCdr as ToCdr
-from rems_net.defdict.wire.cdr import canonical as canonical
-from rems_net.defdict.wire.cdr import cdr as cdr
-from rems_net.defdict.wire.ros2msg import ros2msg as ros2msg
-from rems_net.defdict.wire.ros2msg import type_name as type_name
-from rems_net.defdict.wire.rows import Batch as Batch
-from rems_net.defdict.wire.rows import RowCodec as RowCodec
-from rems_net.defdict.wire.rows import Rows as Rows
-from rems_net.defdict.wire.rows import row_codec as row_codec
+from rems_net.defdict.wire.cdr import (
+    Cdr as Cdr,
+    ToCdr as ToCdr,
+    canonical as canonical,
+    cdr as cdr,
+)
+from rems_net.defdict.wire.ros2msg import ros2msg as ros2msg, type_name as type_name
+from rems_net.defdict.wire.rows import (
+    Batch as Batch,
+    RowCodec as RowCodec,
+    Rows as Rows,
+    row_codec as row_codec,
+)
 
 __all__ = [
     "Converter",

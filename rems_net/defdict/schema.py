@@ -9,8 +9,6 @@ command = Schema("woodbot.command", {
 value = command({"wheel/left": 1.0})
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from types import MethodType
@@ -31,10 +29,8 @@ from rems_net.errors import FieldValueError, SchemaError, UnknownFieldError
 class Schema(Tree):
     """A tree of fields that makes DefDicts, reads them, and converts them."""
 
-    def __reduce__(self) -> tuple[Callable[[bytes], Schema], tuple[bytes]]:
+    def __reduce__(self) -> "tuple[Callable[[bytes], Schema], tuple[bytes]]":
         return Schema.from_wire, (self.to_wire(),)
-
-    # -- values ---------------------------------------------------------------
 
     @cached_property
     def _kind(self) -> type[DefDict]:
@@ -96,15 +92,13 @@ class Schema(Tree):
         return self.description
 
     @staticmethod
-    def from_wire(payload: bytes) -> Schema:
+    def from_wire(payload: bytes) -> "Schema":
         """Build a schema from its description; raise WireError on anything else."""
         return describe.from_wire(payload, Schema)
 
-    # -- becoming another -----------------------------------------------------
-
     def converter(
         self,
-        target: Schema,
+        target: "Schema",
         rules: Iterable[Rule] = (),
         *,
         missing: str = "error",
@@ -117,25 +111,23 @@ class Schema(Tree):
             self, target, tuple(rules), missing, surplus, source_label, target_label
         )
 
-    def explain(self, target: Schema, rules: Iterable[Rule] = ()) -> str:
+    def explain(self, target: "Schema", rules: Iterable[Rule] = ()) -> str:
         """Return a table of where each field of the target would come from."""
         return self.converter(target, rules).explain()
 
-    # -- composition ----------------------------------------------------------
-
-    def __add__(self, other: Schema) -> Schema:
+    def __add__(self, other: "Schema") -> "Schema":
         """Return a schema with the fields of both; a clash is refused."""
         if not isinstance(other, Schema):
             return NotImplemented
         return self.merge(other)
 
-    def merge(self, *others: Schema, name: str = "") -> Schema:
+    def merge(self, *others: "Schema", name: str = "") -> "Schema":
         """Return a schema with the fields of all; a clash names both schemas."""
         return merge_schemas(((one, one.name) for one in (self, *others)), name)
 
     def rename(
         self, new: Mapping[str, str] | None = None, /, *, name: str = ""
-    ) -> Schema:
+    ) -> "Schema":
         """Return a schema with other field (or group) names, or another name."""
         for old in new or {}:
             self[old]
@@ -150,12 +142,12 @@ class Schema(Tree):
             made[moved] = field
         return Schema(name or self.name, made)
 
-    def prefix(self, group: str, *, name: str = "") -> Schema:
+    def prefix(self, group: str, *, name: str = "") -> "Schema":
         """Return a schema with all fields inside a group."""
         fields = {f"{group}/{path}": field for path, field in self.rows()}
         return Schema(name or self.name, fields)
 
-    def slice(self, *selections: str, name: str = "") -> Schema:
+    def slice(self, *selections: str, name: str = "") -> "Schema":
         """Return a schema of the fields that paths, groups or globs select."""
         keep: set[str] = set()
         for selection in selections:

@@ -1,7 +1,5 @@
 """Commands: the sentences for an emulator, such as `unplug 5`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +25,7 @@ SHARES = ("lose", "drop", "corrupt")
 MOST = 3600.0
 
 
-def known(emulator: Emulator[Any]) -> list[str]:
+def known(emulator: "Emulator[Any]") -> list[str]:
     """Return the sentences that are known: `unplug SECONDS`, `bump left|right`."""
     own = emulator.device.words.items()
     return [
@@ -36,7 +34,7 @@ def known(emulator: Emulator[Any]) -> list[str]:
     ]
 
 
-def read(emulator: Emulator[Any], words: str) -> Callable[[], None]:
+def read(emulator: "Emulator[Any]", words: str) -> Callable[[], None]:
     """Return a function that does what the words mean. Raises ExperimentError.
 
     A share may be followed by `heard`: then it damages the packets to the device,

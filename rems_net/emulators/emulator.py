@@ -146,8 +146,6 @@ class Emulator(Generic[AnyDevice]):
     def _in(self, seconds: float, work: Callable[[], None]) -> None:
         self._later.append((time.monotonic() + seconds, work))
 
-    # -- its life ----------------------------------------------------------------
-
     def _run(self) -> None:
         try:
             self._live()

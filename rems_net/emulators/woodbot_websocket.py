@@ -156,8 +156,6 @@ class OriginalWoodbot:
             )
         self.quirks.discard(quirk)
 
-    # -- its firmware ----------------------------------------------------------------
-
     def _start(self) -> None:
         self._up = self._heard = 0.0
         self._told = (REST, REST)

@@ -60,8 +60,6 @@ class Engine:
         self._stepped = False
         self.draws = Draws()  # random numbers that agents draw
 
-    # -- once --------------------------------------------------------------------
-
     def add(
         self,
         agent: Agent,
@@ -113,8 +111,6 @@ class Engine:
                     failed = failed or failure(agent.key, error)
         self._phases = []  # a circle of references would keep agents' files open
         return made, failed
-
-    # -- who takes part ----------------------------------------------------------
 
     def connect(
         self, entries: Mapping[str, Entry], network: Network | None = None
@@ -169,8 +165,6 @@ class Engine:
         more = f" and {len(agents) - 1} more" if len(agents) > 1 else ""
         runs = [runtime(agent) for agent in agents]
         return partial(self._step, agents[0].key + more, agents[0], runs, step)
-
-    # -- at each tick ------------------------------------------------------------
 
     def step(self, tick: Tick, after: After | None = None) -> None:
         """Do one tick. after: called with each phase's kind when it is done."""

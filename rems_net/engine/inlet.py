@@ -1,7 +1,5 @@
 """Inlet: one In of one agent, filled at each tick from its sources."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
@@ -24,7 +22,7 @@ class Network(Protocol):
     def schema(self, digest: str) -> Schema:
         """Return the schema of a port that another process writes."""
 
-    def source(self, inlet: Inlet, written: Written, converter: Conversion) -> Source:
+    def source(self, inlet: "Inlet", written: Written, converter: Conversion) -> Source:
         """Return the source of a port that no agent here writes in lock-step."""
 
     def together(self, sources: Sequence[Source]) -> list[Source]:

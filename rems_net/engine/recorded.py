@@ -4,8 +4,6 @@ The values of this process become messages all at once: recording a crowd must
 cost little beside what the crowd does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property, partial
 

@@ -4,8 +4,6 @@ Such as `fabric.robot("sim").reset()` and, of an engine, `engine.put(...)`: it i
 between two ticks. Outputs that record receive it; a rerun repeats it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from fnmatch import fnmatchcase
 from functools import wraps
@@ -96,8 +94,6 @@ class Visits:
             what = "/".join((inlet.source or "").split("/")[:2])
             if fnmatchcase(key, what):
                 inlet.messages.called.append((key, text, badge))
-
-    # -- again -------------------------------------------------------------------
 
     def plan(self, agent: Agent, rows: Iterable[Sequence[Any]]) -> None:
         """Repeat these calls of a recording: rows of `Outside`, in their order."""

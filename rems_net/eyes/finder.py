@@ -1,7 +1,5 @@
 """Finder: the poses of known markers in one camera's pictures, and doubts."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

@@ -10,8 +10,6 @@ edges, which makes the covariance as large as the errors are. OpenCV refines eac
 by itself, so there both deviate alike.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -1,7 +1,5 @@
 """View: a lens at its place, between points of the world and pixels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +32,7 @@ class View:
     turn: Array
 
     @classmethod
-    def at(cls, lens: Lens, eye: Array, turn: Array) -> View:
+    def at(cls, lens: Lens, eye: Array, turn: Array) -> "View":
         """Return the view from `eye`; the columns of turn are ahead, left and up."""
         ahead, left, up = turn.T
         return cls(lens, eye, np.stack([-left, -up, ahead]))

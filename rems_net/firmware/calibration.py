@@ -4,8 +4,6 @@ A servo turns with `top_speed * (|u| - dead_band) / (500 - dead_band)`, where u 
 pulse less 1500 and less its trim [us]: settings.h and motors.c of the firmware.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -39,11 +37,11 @@ class Servo:
         share = self.dead_band + (REACH - self.dead_band) * abs(speed) / self.top_speed
         return self.trim + (share if (speed > 0) != self.reversed else -share)
 
-    def scaled(self, by: float) -> Servo:
+    def scaled(self, by: float) -> "Servo":
         """Return this servo with its top speed multiplied by `by`."""
         return replace(self, top_speed=self.top_speed * by)
 
-    def times(self, by: float) -> Servo:
+    def times(self, by: float) -> "Servo":
         """Return deviations, all multiplied by `by`."""
         return replace(
             self.scaled(by), trim=self.trim * by, dead_band=self.dead_band * by

@@ -140,9 +140,6 @@ def _origin(definition: type[Definition]) -> str:
     return f"{module}:{definition.__qualname__}"
 
 
-# -- the header ---------------------------------------------------------------
-
-
 def _header(name: str, robot: Definition, schemas: Mapping[str, Schema]) -> str:
     return HEADER.format(
         **sizes(name, schemas)._asdict(),
@@ -188,9 +185,6 @@ def _comment(field: Field, indent: str) -> Iterator[str]:
             initial_indent=indent,
             subsequent_indent=f"{indent} * ",
         )
-
-
-# -- the tables ---------------------------------------------------------------
 
 
 def _source(schemas: Mapping[str, Schema]) -> str:

@@ -68,8 +68,6 @@ class ZenohLink:
     def scan(self, _: Any, found: Any, room: int) -> int:
         return 0
 
-    # -- the session ------------------------------------------------
-
     def open(self, _: Any, locator: bytes) -> bool:
         try:
             found = [to_endpoint(locator.decode())] if locator else scout(SCOUTING)
@@ -123,8 +121,6 @@ class ZenohLink:
         session = self._session
         return session is not None and session.connected
 
-    # -- declarations -----------------------------------------------
-
     def subscribe(self, _: Any, key: bytes) -> bool:
         return self._declare(key, lambda s, k: s.watch(k, self._box))
 
@@ -145,8 +141,6 @@ class ZenohLink:
     def forget(self, _: Any, key: bytes) -> None:
         for watch in self._declared.pop(key.decode(), []):
             watch.close()
-
-    # -- publishing -------------------------------------------------
 
     def put(
         self,
@@ -208,8 +202,6 @@ class ZenohLink:
         self._last += 1
         self._questions[self._last] = question
         return self._last
-
-    # -- receiving --------------------------------------------------
 
     def poll(self, _: Any, ms: int) -> None:
         box, letter = self._box, self._box.get(ms / 1000)

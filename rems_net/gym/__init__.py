@@ -18,18 +18,10 @@ from typing import TYPE_CHECKING
 from rems_net.doors import door
 
 if TYPE_CHECKING:
-    from rems_net.gym.make import make, make_parallel
-    from rems_net.gym.task import Moment, Task
+    from rems_net.gym.make import make as make, make_parallel as make_parallel
+    from rems_net.gym.task import Moment as Moment, Task as Task
 
-#: public names by the module that defines them
-_HOMES = {
-    "rems_net.gym.make": "make make_parallel",
-    "rems_net.gym.task": "Moment Task",
-}
-
-__all__ = ["Moment", "Task", "make", "make_parallel"]
-
-__getattr__, __dir__ = door(__name__, _HOMES)
+__getattr__, __dir__ = door(__name__)
 
 # gymnasium.make("rems_net.gym:rems_net/Lab-v0") imports this module, to find the name.
 # Without gymnasium, the first use of a name here gives the reason.

@@ -5,8 +5,7 @@ from random import Random
 from typing import Any
 
 from rems_net.defdict import Field, Schema, parse_quantity
-from rems_net.defdict.expression import Moment as Moment
-from rems_net.defdict.expression import Names as Names
+from rems_net.defdict.expression import Moment as Moment, Names as Names
 from rems_net.errors import ExperimentError, nearest
 
 

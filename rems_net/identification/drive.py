@@ -1,7 +1,5 @@
 """Drive: what a robot was commanded, and where it was, row by row."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -38,12 +36,12 @@ class Drive:
     time: Floats
     command: dict[str, Floats] = field(repr=False)
     state: dict[str, Floats] = field(repr=False)
-    past: Drive | None = field(default=None, repr=False)
+    past: "Drive | None" = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.time)
 
-    def part(self, rows: slice) -> Drive:
+    def part(self, rows: slice) -> "Drive":
         """Return some of its rows, which follow each other."""
         first = rows.start or 0
         return Drive(
@@ -72,13 +70,13 @@ def without(drives: Sequence[Drive], out: Sequence[tuple[int, int]]) -> list[Dri
     return [drive for drive in left if len(drive) >= LEAST]
 
 
-def settled(columns: Columns) -> NDArray[np.intp]:
+def settled(columns: "Columns") -> NDArray[np.intp]:
     """Return the rows that count: from where the robot stands on its wheels."""
     begin = columns.settled if columns.settled is not None else -np.inf
     return np.flatnonzero(np.asarray(columns.seconds(), float) >= begin)
 
 
-def drive_of(columns: Columns, definition: Robot) -> Drive:
+def drive_of(columns: "Columns", definition: Robot) -> Drive:
     """Return the drive in a robot's columns, for this definition.
 
     definition: with the parameters that it had in the recording, since a command's
@@ -121,7 +119,7 @@ def drive_of(columns: Columns, definition: Robot) -> Drive:
     return Drive(columns.name, time[rows], command, found)
 
 
-def share(columns: Columns, name: str, unit: str, limit: float) -> Floats:
+def share(columns: "Columns", name: str, unit: str, limit: float) -> Floats:
     """Return a column in `unit`, divided by `limit`; percent are a share already."""
     values = np.asarray(columns.plain(name), float)
     given = columns.unit(name)

@@ -1,7 +1,5 @@
 """Faults of a recording that no parameter can explain: they are named, not fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -6,8 +6,6 @@ carried along the path. Intervals come from the spread between segments (a sandw
 estimator): errors along a path are not independent of each other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

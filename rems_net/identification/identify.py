@@ -4,8 +4,6 @@ A parameter is adopted only if a part of the drive that was not used is predicte
 with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -21,8 +19,7 @@ from rems_net.identification.fit import SEGMENT, Fit, fit
 from rems_net.identification.prediction import Predictor, cut, whole
 from rems_net.identification.result import Identified, Parameter
 from rems_net.identification.simulated import Simulated
-from rems_net.identification.suggest import Suggestion
-from rems_net.identification.suggest import suggest as suggest_drives
+from rems_net.identification.suggest import Suggestion, suggest as suggest_drives
 
 #: Share of the error on an unseen part that a parameter must take away.
 GAIN = 0.02

@@ -1,7 +1,5 @@
 """Intervals: how sure parameters are, from the spread between blocks of a recording."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rems_net.identification.drive import Floats

@@ -4,8 +4,6 @@ It is the mean over the row of what `bodies.actuators` makes of the commands, co
 for many values of these parameters at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

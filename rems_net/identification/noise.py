@@ -4,8 +4,6 @@ The definition's `measure` computes the true value from the recorded state. The 
 is noise if the state itself is exact, as in a simulation or under a camera.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -72,7 +70,7 @@ class SensorNoise:
         return f"{self.name}: noise {size}{off} ({self.rows} rows)."
 
 
-def noise_of(columns: Columns, robot: Kinematic) -> list[SensorNoise]:
+def noise_of(columns: "Columns", robot: Kinematic) -> list[SensorNoise]:
     """Return the noise of each sensor that was recorded, is computed, and deviates."""
     state, command = (
         _arrays(columns, robot, "state"),
@@ -95,7 +93,7 @@ def noise_of(columns: Columns, robot: Kinematic) -> list[SensorNoise]:
     return found
 
 
-def _arrays(columns: Columns, robot: Robot, port: str) -> Arrays | None:
+def _arrays(columns: "Columns", robot: Robot, port: str) -> Arrays | None:
     """Return the columns of a port, for a definition's mathematics; None if not all."""
     schema, rows = robot.schemas()[port], settled(columns)
     most = limits(schema)

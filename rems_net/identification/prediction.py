@@ -1,7 +1,5 @@
 """Prediction: many short drives of a definition's mathematics, computed as arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Recorded: identification of a robot in a recording, which may name its definition."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,13 +26,13 @@ if TYPE_CHECKING:
 
 
 def identify(
-    recording: Recording,
+    recording: "Recording",
     robot: str = "",
     *,
     definition: type[Definition] | str = "",
     parameters: Mapping[str, Any] | None = None,
     fit: Sequence[str] = (),
-    check: Recording | None = None,
+    check: "Recording | None" = None,
     suggest: bool = False,
     driver: str = "",
     progress: Callable[[str], None] | None = None,
@@ -74,7 +72,7 @@ def identify(
 
 
 def _origin(
-    recordings: Sequence[Recording], name: str, definition: type[Definition]
+    recordings: "Sequence[Recording]", name: str, definition: type[Definition]
 ) -> Origin:
     files = {}
     for recording in recordings:
@@ -87,7 +85,7 @@ def _origin(
     return Origin(name, definition.__name__, digest, files, versions)
 
 
-def _name(recording: Recording, asked: str) -> str:
+def _name(recording: "Recording", asked: str) -> str:
     names = [*recording]
     if asked and asked not in names:
         raise ExperimentError(
@@ -103,7 +101,7 @@ def _name(recording: Recording, asked: str) -> str:
 
 
 def _definition(
-    recording: Recording, name: str, given: type[Definition] | str
+    recording: "Recording", name: str, given: type[Definition] | str
 ) -> tuple[type[Definition], dict[str, Any]]:
     """Return the robot's definition, and the parameters that the recording states."""
     plans = recording.manifest().agents.get("robot", ())
@@ -123,7 +121,7 @@ def _definition(
 
 
 def _drive(
-    recording: Recording,
+    recording: "Recording",
     name: str,
     definition: type[Definition],
     parameters: Mapping[str, Any],
@@ -132,7 +130,7 @@ def _drive(
     return drive_of(columns, made(definition, parameters))
 
 
-def _named(recording: Recording, name: str) -> str:
+def _named(recording: "Recording", name: str) -> str:
     """Return the robot's name: a file of another program has one of its own."""
     names = [*recording]
     return names[0] if name not in names and len(names) == 1 else name

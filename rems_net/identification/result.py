@@ -1,7 +1,5 @@
 """Result: what an identification found, with units and intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi

@@ -5,8 +5,6 @@ prediction is its piece of that way, moved to where the segment starts: so motor
 wheels have their speed there. That takes much longer than a definition's mathematics.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast

@@ -6,8 +6,6 @@ would give; the best drive makes them narrowest. Then its pieces are changed, as
 that makes them narrower still. It is driven twice: one interval of few pieces is wide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -193,7 +191,7 @@ class Errors:
     slip: float
 
     @classmethod
-    def of(cls, problem: Problem, theta: Floats) -> Errors:
+    def of(cls, problem: Problem, theta: Floats) -> "Errors":
         """Return what makes the residuals of a recording most probable."""
         r, _, of_start = problem.slopes(theta, problem.scales(theta))
         m = of_start.shape[2]

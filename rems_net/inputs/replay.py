@@ -1,7 +1,5 @@
 """Replay: agents that publish the values of a recording, at its ticks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 from typing import Any

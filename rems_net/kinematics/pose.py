@@ -1,7 +1,5 @@
 """Pose: position and rotation of a frame, seen from another frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -77,12 +75,12 @@ class Pose:
         """Return the pose of three numbers (m) and nine (a rotation, row by row)."""
         return cls(np.array(position, float), np.array(rotation, float).reshape(3, 3))
 
-    def __matmul__(self, other: Pose) -> Pose:
+    def __matmul__(self, other: "Pose") -> "Pose":
         turn = nine(self.rotation)
         place = added(three(self.position), turned(turn, three(other.position)))
         return Pose.at(place, product(turn, nine(other.rotation)))
 
-    def inverse(self) -> Pose:
+    def inverse(self) -> "Pose":
         """Return the pose of the outer frame, seen from this one."""
         back = transposed(nine(self.rotation))
         return Pose.at(turned(back, three(-self.position)), back)

@@ -7,8 +7,6 @@ quotients and square roots in a fixed order, and no BLAS: the same bits on every
 computer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import sqrt
 from typing import Any, NamedTuple

@@ -7,8 +7,6 @@ gyroscope shows how far the wheels really turned. No Jacobian is written by hand
 pose of a camera counts at the time of its picture: `past.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from math import degrees, sqrt
 from typing import Any, ClassVar
@@ -209,8 +207,6 @@ class Estimator(Process):
                 for p, most in ours.items()
             ]
         )
-
-    # -- the belief ----------------------------------------------------------------
 
     def moments(self, values: Floats, less: Callable[[Any, Any], Any]) -> Moments:
         """Return the moments of values at the sigma points."""

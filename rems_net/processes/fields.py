@@ -1,7 +1,5 @@
 """Fields of a state: angles, whose differences go the short way; pairs of fields."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import inf, pi
 from typing import Any
@@ -24,7 +22,7 @@ class Turns:
         #: lowest value of angles that have a range of one turn; the others go on
         self._low = np.array([_low(one) for one in fields])
 
-    def extended(self, count: int) -> Turns:
+    def extended(self, count: int) -> "Turns":
         """Return this for `count` more values, which are no angles."""
         made = Turns([])
         made._turn = np.concatenate([self._turn, np.full(count, inf)])

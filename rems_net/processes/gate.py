@@ -6,8 +6,6 @@ has the corrections as they are at the time. After 1, 2, 5 and 10 s both are com
 with where the robot is.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import sqrt

@@ -1,7 +1,5 @@
 """Learner: tunes a network's weights by an unscented Kalman filter, one pass."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

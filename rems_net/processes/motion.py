@@ -1,7 +1,5 @@
 """Motion: a definition's mathematics for many states at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ A pose comes late. Counted as one of now, it is wrong by the way that the robot 
 since. So the filter goes back to the time of the picture, and filters from there again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi, sqrt
 from typing import NamedTuple

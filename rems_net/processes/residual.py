@@ -1,7 +1,5 @@
 """Residual: learns, while a robot drives, what its definition leaves over."""
 
-from __future__ import annotations
-
 from math import pi
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Common times of two recordings, and the values of both at these times."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +53,7 @@ class Common:
             return 0.0
         return hidden(self.times[which], values.astype(float))
 
-    def part(self, rows: slice) -> Common:
+    def part(self, rows: slice) -> "Common":
         """Return some of these times."""
         some = None
         if self.rows is not None:

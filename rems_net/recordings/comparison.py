@@ -1,7 +1,5 @@
 """Distance of two-wheeled robots, from the files of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -172,7 +170,7 @@ def corners(text: str) -> Array:
         return np.zeros((0, 2))
 
 
-def trajectory_of(columns: Columns) -> Trajectory | None:
+def trajectory_of(columns: "Columns") -> Trajectory | None:
     """Return where a robot was, from its columns; None if they have no pose."""
     read = {column: columns.plain(column.name) for column in columns.columns()}
     one = _trajectory(columns.name, read | {TIME: columns.seconds()}, None)
@@ -236,7 +234,7 @@ def pose_of(columns: Iterable[Column]) -> list[Column] | None:
     return states if all(known) else None
 
 
-def factor(a: Columns, b: Columns, field: str) -> float | None:
+def factor(a: "Columns", b: "Columns", field: str) -> float | None:
     """Return the factor from the unit of `b` to that of `a`; None if not comparable."""
     if field not in a or field not in b:
         return None

@@ -5,8 +5,6 @@ number has none. The class's has names only: `timestamp`, `inpt.wh.l`, `state.x`
 A row is stamped at the END of its step.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Sequence
@@ -132,7 +130,7 @@ class CsvFile:
             "(R0804)"
         )
 
-    def numbers(self, wanted: Sequence[tuple[Column, Field]]) -> Rows:
+    def numbers(self, wanted: Sequence[tuple[Column, Field]]) -> "Rows":
         """Read the time and the wanted columns, each cell checked by its field.
 
         Times must rise from line to line.

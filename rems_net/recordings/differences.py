@@ -1,7 +1,5 @@
 """Differences of robots of one run, in the fields that they share."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -62,7 +60,7 @@ class Difference:
 
 
 def differences(
-    robots: Sequence[Columns], posed: Collection[str] = ()
+    robots: "Sequence[Columns]", posed: Collection[str] = ()
 ) -> list[Difference]:
     """Compare each two robots in each numeric field of their states that both have.
 
@@ -83,7 +81,7 @@ def differences(
     return found
 
 
-def _compared(a: Columns, b: Columns) -> list[Difference]:
+def _compared(a: "Columns", b: "Columns") -> list[Difference]:
     times = common(a.seconds(), b.seconds())
     found = []
     for field in a if len(times.time) else ():

@@ -1,7 +1,5 @@
 """Pictures of `rems plot`: the paths of a recording, and its fields against time."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,7 +43,7 @@ class Picture:
         return self.path.read_bytes()
 
 
-def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
+def plot(recording: "Recording", fields: Sequence[str], path: Path) -> Picture:
     """Draw a recording; see `Recording.plot`."""
     title = recording.folder.name
     drove = [] if fields else recording.trajectories()
@@ -86,20 +84,20 @@ def plot(recording: Recording, fields: Sequence[str], path: Path) -> Picture:
 
 
 def _drawn(
-    robots: Sequence[Columns], posed: Collection[str], panels: Sequence[str]
-) -> list[Columns]:
+    robots: "Sequence[Columns]", posed: Collection[str], panels: Sequence[str]
+) -> "list[Columns]":
     """Return the robots that appear in the picture."""
     return [
         r for r in robots if r.name in posed or not r.table.keys().isdisjoint(panels)
     ]
 
 
-def _columns(robots: Sequence[Columns]) -> list[str]:
+def _columns(robots: "Sequence[Columns]") -> list[str]:
     """Return the names of all columns but the time, each once."""
     return list(dict.fromkeys(n for robot in robots for n in robot if n not in TIMES))
 
 
-def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
+def _asked(robots: "Sequence[Columns]", fields: Sequence[str]) -> list[str]:
     """Return the headings that are named, or that begin with a name."""
     found: list[str] = []
     for field in fields:
@@ -132,7 +130,7 @@ def _asked(robots: Sequence[Columns], fields: Sequence[str]) -> list[str]:
     return found
 
 
-def _of_state(robots: Sequence[Columns], posed: set[str]) -> list[str]:
+def _of_state(robots: "Sequence[Columns]", posed: set[str]) -> list[str]:
     """Return the headings of the state, without a pose whose path is drawn."""
     pose = {name for name, _ in POSE}
     return list(
@@ -146,13 +144,13 @@ def _of_state(robots: Sequence[Columns], posed: set[str]) -> list[str]:
     )
 
 
-def _drawable(robots: Sequence[Columns], heading: str) -> bool:
+def _drawable(robots: "Sequence[Columns]", heading: str) -> bool:
     kinds = {r.table[heading].dtype.kind for r in robots if heading in r.table}
     return "U" not in kinds
 
 
 def _draw_field(
-    axes: Any, heading: str, robots: Sequence[Columns], told: Manifest
+    axes: Any, heading: str, robots: "Sequence[Columns]", told: Manifest
 ) -> None:
     """Draw one field of all robots that have it, from the start."""
     name, bracket, unit = heading.partition(" [")

@@ -1,7 +1,5 @@
 """A recording: what a run left in CSV and MCAP files, as arrays, tables, pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,10 +26,10 @@ SWEEP = "sweep.json"
 #: robots that are named where a recording is printed
 NAMED = 8
 #: Those that are open, by folder: a later run may move what they read.
-_open: WeakSet[Recording] = WeakSet()
+_open: "WeakSet[Recording]" = WeakSet()
 
 
-def read(folder: Path | str, *, like: str = "") -> Recording:
+def read(folder: Path | str, *, like: str = "") -> "Recording":
     """Return the recording in the folder of a run, such as "runs/lab", or in a file.
 
     like: how CSV files of another program are read: "woodbot-class", or the TOML file
@@ -62,7 +60,7 @@ def read(folder: Path | str, *, like: str = "") -> Recording:
     return Recording(path.resolve(), [file.resolve() for file in files])
 
 
-def _read_like(path: Path, like: str) -> Recording:
+def _read_like(path: Path, like: str) -> "Recording":
     from rems_net.recordings.others.mapping import like as mapping
 
     how = mapping(like)
@@ -84,7 +82,7 @@ class Recording(Mapping[str, "Columns"]):
     Robots are in natural order: r2 comes before r10.
     """
 
-    def __init__(self, folder: Path, files: Sequence[Path], like: Like | None = None):
+    def __init__(self, folder: Path, files: Sequence[Path], like: "Like | None" = None):
         self.folder, self.files, self.like = folder, list(files), like
         self._read: dict[str, Columns] = {}
         self._mcap: dict[Path, McapFile] = {}
@@ -212,7 +210,7 @@ class Recording(Mapping[str, "Columns"]):
         """
         return album_of(self.folder, camera)
 
-    def compare(self) -> list[Pair | Difference]:
+    def compare(self) -> "list[Pair | Difference]":
         """Return how far each two robots were apart.
 
         By their poses, where both have x, y and heading; else by the fields of the
@@ -221,14 +219,14 @@ class Recording(Mapping[str, "Columns"]):
         drove = self.trajectories()
         return [*self.pairs(drove), *self.differences({one.name for one in drove})]
 
-    def pairs(self, robots: Sequence[Trajectory]) -> list[Pair]:
+    def pairs(self, robots: "Sequence[Trajectory]") -> "list[Pair]":
         """Return how far each two of these robots were apart."""
         # Here, as below: most runs end without a look at what they left.
         from rems_net.recordings.comparison import compare
 
         return compare(robots)
 
-    def trajectories(self) -> list[Trajectory]:
+    def trajectories(self) -> "list[Trajectory]":
         """Return where the robots with x, y and heading drove."""
         from rems_net.recordings.comparison import trajectories, trajectory_of
 
@@ -237,7 +235,7 @@ class Recording(Mapping[str, "Columns"]):
         found = [trajectory_of(columns) for columns in self.values()]
         return [one for one in found if one is not None]
 
-    def differences(self, posed: Collection[str]) -> list[Difference]:
+    def differences(self, posed: Collection[str]) -> "list[Difference]":
         """Return how far apart two robots are by their states; no two of `posed`."""
         from rems_net.recordings.differences import differences
 
@@ -258,7 +256,7 @@ class Recording(Mapping[str, "Columns"]):
         columns = self[name].columns() if known else CsvFile(path).columns
         return any(column.name.startswith("state/") for column in columns)
 
-    def why(self, a: str = "", b: str = "") -> Why:
+    def why(self, a: str = "", b: str = "") -> "Why":
         """Return where and why robot `b` parts from robot `a`, computed from the files.
 
         Without `a`, from the kinematic one, or else the first; without `b`, the first
@@ -295,7 +293,9 @@ class Recording(Mapping[str, "Columns"]):
 
         return plot(self, fields, Path(path or self.folder / "plot.png"))
 
-    def animate(self, path: Path | str | None = None, *, speed: float = 1.0) -> Picture:
+    def animate(
+        self, path: Path | str | None = None, *, speed: float = 1.0
+    ) -> "Picture":
         """Draw a film of where the robots drive: `film.png` in its folder, or `path`.
 
         The suffix is the format: .png (animated), .gif, .webp, or .mp4 with ffmpeg.

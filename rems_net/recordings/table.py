@@ -1,7 +1,5 @@
 """The columns of one robot, as arrays with units, and as a table for pandas."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -35,7 +33,7 @@ class Columns(Mapping[str, Any]):
         self._values = columns
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> "Table":
         """All columns, by heading, with the unit in it."""
         return Table((one.heading, self._values[one]) for one in self._values)
 
@@ -66,7 +64,7 @@ class Columns(Mapping[str, Any]):
         """Return a column without its unit."""
         return self._values[self._columns[name]]
 
-    def part(self, rows: slice) -> Table:
+    def part(self, rows: slice) -> "Table":
         """Return some rows of all columns."""
         return Table((one.heading, self._values[one][rows]) for one in self._values)
 

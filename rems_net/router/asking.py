@@ -5,8 +5,6 @@ may keep it open: a frozen laptop, or one that declares `rems/**` and never answ
 the asker decides when it has enough answers, and cancels the rest.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import time
@@ -47,7 +45,7 @@ class Asking:
         selector: str,
         payload: bytes | None = None,
         timeout: float = 2.0,
-        told: Callable[[Asking], None] | None = None,
+        told: "Callable[[Asking], None] | None" = None,
     ):
         self._came: SimpleQueue[Any] = SimpleQueue()
         self._told = told

@@ -9,8 +9,12 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from rems_net.errors import WireError
-from rems_net.packing import UNPACK_ERRORS, unpack, unpack_short
-from rems_net.packing import pack as pack  # exported, too
+from rems_net.packing import (
+    UNPACK_ERRORS,
+    pack as pack,  # exported, too
+    unpack,
+    unpack_short,
+)
 
 #: agents of the longest roster, which is the largest message
 MOST = 100_000

@@ -3,8 +3,6 @@
 Zenoh's threads only file mail; the owner of a `Mailbox` reads it in its own thread.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import time
@@ -81,7 +79,7 @@ class Session:
         """Identifier of this session, unique on the fabric."""
         return str(self._open.zid())
 
-    def on(self, fabric: str) -> Session:
+    def on(self, fabric: str) -> "Session":
         """Return the same session with keys on this fabric; both close together."""
         other = copy(self)
         other.link = replace(self.link, fabric=fabric)
@@ -108,7 +106,7 @@ class Session:
         if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
             os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.behind else _THREADS
 
-    def _serve(self, users: Users) -> zenoh.Session:
+    def _serve(self, users: "Users") -> zenoh.Session:
         from rems_net.router.gate.users import dictionary
 
         with dictionary(users) as file:

@@ -1,7 +1,5 @@
 """Settings of a session, in one frozen value that makes Zenoh's configuration."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -41,7 +39,7 @@ class Link:
     timeout: float = 2.0
     user: str = ""
     password: str = field(default="", repr=False)
-    users: Users | None = None
+    users: "Users | None" = None
     behind: str = ""
 
     def to_wire(self, dictionary: str = "") -> str:

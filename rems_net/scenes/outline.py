@@ -3,8 +3,6 @@
 An outline is convex, as a rubber band around the thing would be, seen from above.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -40,14 +38,14 @@ class Outline:
     high: float
     reach: float
 
-    def at(self, pose: Pose) -> Outline:
+    def at(self, pose: Pose) -> "Outline":
         """Return the outline moved by x and y in m, and turned by a heading in rad."""
         x, y, heading = pose
         s, c = sincos(heading)
         turned = self.corners @ np.array([[c, s], [-s, c]]) + (x, y)
         return Outline(turned, self.low, self.high, self.reach)
 
-    def meets(self, other: Outline) -> bool:
+    def meets(self, other: "Outline") -> bool:
         """Return whether the two overlap, on the floor and in height."""
         if self.low >= other.high or other.low >= self.high:
             return False
@@ -55,7 +53,7 @@ class Outline:
             _apart(other.corners, self.corners)
         )
 
-    def depth(self, other: Outline) -> float:
+    def depth(self, other: "Outline") -> float:
         """Return how far the two overlap, m: the shortest way out; 0 if apart."""
         if self.low >= other.high or other.low >= self.high:
             return 0.0

@@ -1,7 +1,5 @@
 """Rays: distances from a point to solids along a line, without any engine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
@@ -27,7 +25,7 @@ class Solid:
     at: Array
     turn: Array
 
-    def moved(self, at: Array, turn: Array) -> Solid:
+    def moved(self, at: Array, turn: Array) -> "Solid":
         """Return the solid in the world, if its frame has this pose."""
         return Solid(self.shape, at + turn @ self.at, turn @ self.turn)
 

@@ -1,7 +1,5 @@
 """Scene: a place and the things in it, without robots, for every engine."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -63,7 +61,7 @@ class Scene:
     radius: float = 0.0
     mjcf: str = ""
     bodies: tuple[str, ...] = ()
-    ghosts: tuple[Ghost, ...] = ()
+    ghosts: "tuple[Ghost, ...]" = ()
     markers: tuple[tuple[int, Marker], ...] = ()
 
     @property

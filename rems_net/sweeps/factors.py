@@ -1,7 +1,5 @@
 """Factors: what differs between the runs of a sweep, and the points to be run."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Measures: numbers of a run, from expressions such as `max(sim.state.x) - 1 m`."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ A run appears in it as a whole, by the new name of its folder. So a sweep that w
 killed at any moment goes on with the runs that are not there.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterable

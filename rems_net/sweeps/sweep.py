@@ -1,7 +1,5 @@
 """Sweep: one experiment, run many times, into one table."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The table of a sweep: a row for each run, and a unit in each heading."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

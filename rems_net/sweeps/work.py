@@ -4,8 +4,6 @@ A run comes as plain data, and its files and its row go back as plain data: so a
 needs no disk in common with the sweep, and only the sweep writes into its folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import tempfile

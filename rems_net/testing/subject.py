@@ -1,7 +1,5 @@
 """Subject: the robot under test, built anew for every check."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -32,7 +30,7 @@ class Subject:
     @classmethod
     def of(
         cls, definition: str | type, driver: str | type, folder: Path, **told: Settings
-    ) -> Subject:
+    ) -> "Subject":
         """Find both by name, as an experiment does. Raises ExperimentError."""
         found = parts.find("definition", definition, folder)
         done = parts.find("driver", driver, folder)
@@ -87,7 +85,7 @@ class Subject:
         finally:
             robot.close()
 
-    def model(self) -> Subject:
+    def model(self) -> "Subject":
         """Return the same definition with the kinematic driver in fine steps.
 
         Raises RemsError if the definition has no mathematics for it.

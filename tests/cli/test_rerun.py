@@ -12,8 +12,7 @@ from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.file import load
 from rems_net.defdict import cdr
 from tests.agents.runs import in_one_host
-from tests.agents.test_determinism import in_a_few
-from tests.agents.test_determinism import lab as carts
+from tests.agents.test_determinism import in_a_few, lab as carts
 from tests.cli.recorded import SAME, recorded, scripted
 from tests.commands import ROOT, inside, rems
 from tests.drivers.physics.test_physics import needs

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.defdict import DefDict, Schema, angle, array, integer, length, velocity
 from rems_net.defdict.fields.makers import temperature, text

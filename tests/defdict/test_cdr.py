@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from rems_net.defdict import Field, Schema, length, many, number
 from rems_net.defdict.wire.cdr import HEADER, canonical, cdr

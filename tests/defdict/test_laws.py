@@ -5,8 +5,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from rems_net.defdict import DefDict, Field, Schema
 from rems_net.defdict.values.classes import reader

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.defdict import Schema, gather, length, number, scatter, text
 from rems_net.errors import FieldValueError

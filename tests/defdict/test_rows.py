@@ -1,8 +1,7 @@
 """RowCodec: the messages of a crowd at once, as they are made one by one."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net import Schema
 from rems_net.defdict import Batch, Rows, boolean, cdr, number, row_codec

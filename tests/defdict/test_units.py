@@ -6,8 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.defdict import (
     Field,
@@ -20,8 +19,7 @@ from rems_net.defdict import (
     velocity,
 )
 from rems_net.defdict.units.maps import Affine, unit_map
-from rems_net.defdict.units.table import SHIFTED
-from rems_net.defdict.units.table import TABLE as _TABLE
+from rems_net.defdict.units.table import SHIFTED, TABLE as _TABLE
 from rems_net.defdict.units.unit import Unit, find_unit
 from rems_net.errors import FieldValueError, UnitError
 

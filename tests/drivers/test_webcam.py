@@ -13,8 +13,7 @@ from rems_net.bodies.lens import Lens
 from rems_net.cli import main
 from rems_net.drivers.hardware.camera.webcam import Webcam
 from rems_net.errors import AgentError, SchemaError
-from rems_net.eyes.opencv import Webcam as Device
-from rems_net.eyes.opencv import check_size, lens_of_board
+from rems_net.eyes.opencv import Webcam as Device, check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
 from rems_net.robots.eyes.camera import Camera

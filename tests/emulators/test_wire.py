@@ -1,8 +1,7 @@
 """Bytes that are heard at another speed than they were sent at."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.emulators.faults import resampled
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, given, settings, strategies as st
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
@@ -20,8 +19,7 @@ from rems_net.maths.numerics import environment
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Told, until
-from tests.commands import ROOT, finished
-from tests.commands import environment as terminal
+from tests.commands import ROOT, environment as terminal, finished
 from tests.pages import blocks
 
 PARTS = Path(__file__).parent

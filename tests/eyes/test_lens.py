@@ -6,8 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.bodies.body import Marker
 from rems_net.bodies.lens import Lens

@@ -5,8 +5,7 @@ from dataclasses import replace
 from random import Random
 
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from rems_net.errors import ExperimentError
 from rems_net.firmware.calibration import Servo, deviations, fit

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.agents.robot import Definition
 from rems_net.errors import FieldValueError, UnreachableError

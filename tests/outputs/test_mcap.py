@@ -22,8 +22,7 @@ from rems_net.outputs.mcap import McapOutput
 from rems_net.pictures import is_picture, pixels
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import Router, Told, in_one_host, until
-from tests.agents.test_determinism import in_a_few
-from tests.agents.test_determinism import lab as carts
+from tests.agents.test_determinism import in_a_few, lab as carts
 
 ODD = Schema(
     "odd",

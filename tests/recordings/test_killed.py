@@ -25,8 +25,7 @@ from rems_net.errors import AgentError
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Told, until
-from tests.agents.test_determinism import lab as carts
-from tests.agents.test_determinism import pid_of
+from tests.agents.test_determinism import lab as carts, pid_of
 from tests.recordings.test_mcap import others, write
 
 #: ticks of a second

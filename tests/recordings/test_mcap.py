@@ -25,8 +25,7 @@ from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import finish, is_whole
 from rems_net.recordings.mcap.writer import McapWriter
 from tests.agents.runs import Told, until
-from tests.agents.test_determinism import lab as carts
-from tests.agents.test_determinism import pid_of
+from tests.agents.test_determinism import lab as carts, pid_of
 
 STATE = Schema("state", {"x": length(), "heading": angle()})
 DIARY = Schema("diary", {"what": text()})

@@ -1,8 +1,7 @@
 """Key events from a terminal's bytes, by kitty's keyboard protocol and without it."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.teleop.decoder import (
     Decoder,

@@ -1,8 +1,7 @@
 """A stick becomes the command of robots of all kinds, within their limits."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net import Experiment, Schema
 from rems_net.agents.rules import by_hand, connect, given_paths

@@ -15,8 +15,7 @@ from rems_net.defdict import DefDict
 from rems_net.errors import ConformanceError, ExperimentError
 from rems_net.testing import Finding, Outcome, Subject, check_robot, examine
 from tests.drivers.hardware.cart import Device
-from tests.drivers.hardware.parts import Cart as BareCart
-from tests.drivers.hardware.parts import SerialCart
+from tests.drivers.hardware.parts import Cart as BareCart, SerialCart
 from tests.testing import robots
 from tests.testing.robots import WRONG, Cart, Good
 

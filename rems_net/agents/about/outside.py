@@ -1,7 +1,5 @@
 """Outside: one call from outside, as its event and a recording have it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -33,7 +31,7 @@ class Outside(NamedTuple):
     @classmethod
     def of(
         cls, n: int, verb: str, args: Sequence[Any], kwargs: Mapping[str, Any]
-    ) -> Outside:
+    ) -> "Outside":
         """Return a call with arguments as they travel; without, if they cannot."""
         try:
             sent = [plain([*args]), plain(dict(kwargs))]
@@ -54,7 +52,7 @@ class Outside(NamedTuple):
         return f"{BEGIN}{self.n}: {json.dumps(sent)}"
 
     @classmethod
-    def read(cls, text: str) -> Outside | None:
+    def read(cls, text: str) -> "Outside | None":
         """Return the call of an event; None for any other event."""
         n, colon, sent = text.removeprefix(BEGIN).partition(": ")
         if not (text.startswith(BEGIN) and colon and n.isdecimal()):

@@ -1,7 +1,5 @@
 """Payloads of other processes, put aside until those of one schema make messages."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import cached_property
 
@@ -17,7 +15,7 @@ MANY = 50
 class Later(ToCdr):
     """Payloads of one port, put aside until those of its schema make messages."""
 
-    def __init__(self, schema: Schema, key: str, waiting: Waiting) -> None:
+    def __init__(self, schema: Schema, key: str, waiting: "Waiting") -> None:
         super().__init__(schema)
         self._key, self.waiting = key, waiting
 

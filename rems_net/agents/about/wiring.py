@@ -1,7 +1,5 @@
 """Wiring: the writer of each port, and the Ins that read it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +34,7 @@ class Entry:
     badge: int = 0
 
     @classmethod
-    def of(cls, agent: Agent, reads: Sequence[str] = (), since: int = 1) -> Entry:
+    def of(cls, agent: Agent, reads: Sequence[str] = (), since: int = 1) -> "Entry":
         """Return the entry of an agent that is prepared, in a host of its own."""
         outs = {port: schema.digest for port, schema in agent.published().items()}
         return cls(agent.key, agent.key, outs, reads, runtime(agent).every, since=since)

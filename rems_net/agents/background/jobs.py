@@ -8,8 +8,6 @@
 thread. A job never delays a tick, unless it has a step in which its result is due.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
@@ -40,7 +38,7 @@ class Due:
     left: steps until then      name: of its function
     """
 
-    future: Future[Any]
+    future: "Future[Any]"
     then: Then | None
     failed: Then | None
     left: int
@@ -189,7 +187,7 @@ def _check_due(function: Callable[..., Any], due: object) -> None:
         )
 
 
-def _call_back(done: Future[Any], then: Then | None, failed: Then | None) -> None:
+def _call_back(done: "Future[Any]", then: Then | None, failed: Then | None) -> None:
     if done.cancelled():
         return
     error = done.exception()

@@ -95,8 +95,6 @@ class Clock:
         """The newest tick that all members have done."""
         return self._progress.done
 
-    # -- opening -----------------------------------------------------------------
-
     def open(self) -> None:
         """Become this fabric's clock. Raises FabricError if it has one already."""
         session = self.session
@@ -134,8 +132,6 @@ class Clock:
                 raise away.never_came(missing, patience, ended=self.pacing.ended)
         self._admissions.gathered = True
         self._replies.started = time.monotonic()
-
-    # -- ticking -----------------------------------------------------------------
 
     def run(self, ticks: int) -> None:
         """Make this many ticks, and wait until every member has done the last.
@@ -223,8 +219,6 @@ class Clock:
             for entry in self.members.all[host].entries[:1]:
                 where = self.session.key(entry.key, "@where")
                 self.session.ask_at_once(where, self._box.put)
-
-    # -- ending ------------------------------------------------------------------
 
     def release(self, seconds: float) -> AgentError | None:
         """End every membership and wait for the farewells.

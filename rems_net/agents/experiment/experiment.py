@@ -1,7 +1,5 @@
 """Experiment: agents and a clock, run here."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,8 +46,8 @@ RECORDER = "recorder"
 class Going(NamedTuple):
     """A run whose agents have started, and its clock, which makes the ticks."""
 
-    run: Run
-    clock: Clock
+    run: "Run"
+    clock: "Clock"
 
 
 class Experiment(Lineup):

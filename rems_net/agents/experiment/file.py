@@ -22,8 +22,7 @@ from rems_net.agents.agent import PHASES
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.source.methods import check_nested
-from rems_net.agents.protocol.plan import COMMON, robot_classes
-from rems_net.agents.protocol.plan import ROBOT as CLASSES
+from rems_net.agents.protocol.plan import COMMON, ROBOT as CLASSES, robot_classes
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
 from rems_net.reading import DESCRIPTION, decoded, read_file

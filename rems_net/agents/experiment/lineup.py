@@ -96,8 +96,6 @@ class Lineup:
             """Set a setting, checked. Raises ExperimentError."""
             super().__setattr__(name, checked(self, name, value))
 
-    # -- adding ------------------------------------------------------------------
-
     @taught(ExperimentError)
     def input(
         self, name: str, type: str | type, *, options: Options = None, **words: Any
@@ -239,8 +237,6 @@ class Lineup:
         # Before its settings: they may be wrong because of the class.
         check_class(plan, words)
         self.plans[plan.key] = plan
-
-    # -- checking ----------------------------------------------------------------
 
     def check(self, seed: int | None = None) -> dict[str, Agent]:
         """Build every agent and connect all ports, without starting anything.

@@ -24,8 +24,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED
 from rems_net.errors import ExperimentError
-from rems_net.maths.numerics import describe as describe_numerics
-from rems_net.maths.numerics import environment
+from rems_net.maths.numerics import describe as describe_numerics, environment
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.manifest import Manifest, Start
 from rems_net.uncaught import is_users

@@ -1,7 +1,5 @@
 """Show: the display of a run; a caller may give another."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import astuple
 from typing import TYPE_CHECKING
@@ -18,9 +16,9 @@ class Show:
     """Display of a run. This one prints events, and no more."""
 
     #: set once the agents are being started
-    clock: Clock | None = None
+    clock: "Clock | None" = None
 
-    def begin(self, clock: Clock, ticks: int, endpoint: str) -> None:
+    def begin(self, clock: "Clock", ticks: int, endpoint: str) -> None:
         """Note that agents are being started; the display may read `clock`."""
         self.clock = clock
 
@@ -35,7 +33,7 @@ class Show:
 class Reports:
     """Publisher of a run's events at `clock/@event`, for programs that look."""
 
-    def __init__(self, session: Session):
+    def __init__(self, session: "Session"):
         key = session.key("clock", "@event")
         self._publisher = session.publisher(key, block=False)
 

@@ -1,7 +1,5 @@
 """Solo: a whole experiment in this process, stepped by its caller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from functools import cache
 from math import inf
@@ -80,8 +78,6 @@ class Solo:
         """Fabric time [s] at the end of the newest tick."""
         return time_of(self.n, self.dt)
 
-    # -- its life ----------------------------------------------------------------
-
     def open(self) -> Self:
         """Build every agent and let it acquire its devices and files. Returns self."""
         if self._engine is not None:
@@ -143,8 +139,6 @@ class Solo:
             if error is None:  # otherwise the first failure is the one to report
                 raise
 
-    # -- stepping ----------------------------------------------------------------
-
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
@@ -171,7 +165,7 @@ class Solo:
             engine.step(Tick(n, time_of(n, dt), dt))
             self.n, self._within = n, False
 
-    def run(self, until: float | str | Callable[[Solo], bool] | None = None) -> None:
+    def run(self, until: "float | str | Callable[[Solo], bool] | None" = None) -> None:
         """Step until the experiment ends.
 
         until: fabric time (seconds, or text such as "200 ms"), or a function of this
@@ -190,8 +184,6 @@ class Solo:
         if until is not None:
             last = round(parse_quantity(until, "s") / self.dt)
         self.step(last - self.n)
-
-    # -- from outside ------------------------------------------------------------
 
     def __getitem__(self, key: str) -> Any:
         """Return an agent by its key, such as `robot/sim`, or by its name alone."""
@@ -247,8 +239,6 @@ class Solo:
         engine = self._here()
         agents = engine.agents.values()
         sum_up(agents, engine.inlets, engine.draws, "an agent", failed=failed)
-
-    # -- for itself --------------------------------------------------------------
 
     def _here(self) -> Engine:
         """Return the engine, if it may be used now. Raises ExperimentError."""

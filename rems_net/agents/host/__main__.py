@@ -5,8 +5,6 @@ anything else is imported: its parent can die while a host still starts, and a
 terminal's Ctrl+C can reach it.
 """
 
-from __future__ import annotations
-
 import gc
 import sys
 

@@ -50,8 +50,6 @@ class Guard:
         self._lost: float | None = None
         self._ended = threading.Event()
 
-    # -- STOP --------------------------------------------------------------------
-
     @property
     def stopped(self) -> bool:
         """Whether STOP holds."""
@@ -92,8 +90,6 @@ class Guard:
                 self._said_again = wall()
                 self._session.put(self._stop_key, STOP)
             self._stops = max(stops, self._stops)
-
-    # -- the age of ticks ---------------------------------------------------------
 
     def begin(self, badge: int, stops: int, newest: Callable[[], int]) -> None:
         """Begin with a run that has admitted this host.
@@ -141,8 +137,6 @@ class Guard:
 
         key = self._session.key("clock", "@age")
         self._session.ask_at_once(f"{key}?n={n}", hear)
-
-    # -- sight of the clock -------------------------------------------------------
 
     def see(self, alive: bool) -> None:
         """Note that the clock came into sight, or went out of it."""

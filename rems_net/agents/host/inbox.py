@@ -185,8 +185,6 @@ class Inbox:
             if not isinstance(letter, Mail | Presence):
                 self.take(letter)
 
-    # -- waiting -----------------------------------------------------------------
-
     def next_beat(self) -> Beat | None:
         """Return the next tick; None if there is a call or a lost message to handle."""
         membership = self.membership

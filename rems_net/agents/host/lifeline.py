@@ -4,8 +4,6 @@ The module imports next to nothing: from its first moment a host must notice tha
 parent is gone, and the agents' imports take a second on a busy machine.
 """
 
-from __future__ import annotations
-
 import atexit
 import gc
 import io
@@ -170,7 +168,7 @@ def _leave(status: int) -> None:
     _exit(status)
 
 
-def _tell(failed: sys.UnraisableHookArgs) -> None:
+def _tell(failed: "sys.UnraisableHookArgs") -> None:
     """Report what an exit function raised, and where, in one line."""
     from rems_net.agents.diagnosis import describe
 

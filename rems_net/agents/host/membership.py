@@ -107,8 +107,6 @@ class Membership:
         self.sizes: Counter[int] = Counter()
         self._strangers: deque[tuple[Mail, Stamp]] = deque(maxlen=STRANGERS)
 
-    # -- ticks -------------------------------------------------------------------
-
     def hear_beat(self, beat: Beat) -> None:
         """Take in a tick; ignore one of another run. Raises WireError."""
         tick = beat.tick
@@ -160,8 +158,6 @@ class Membership:
         if late >= LATE:
             gone = f"ticks {first} to {tick.n - 1} went by without it"
             self.lateness = f"was {late:.1f} s late: {gone}"
-
-    # -- rosters -----------------------------------------------------------------
 
     def hear_roster(self, roster: Roster) -> None:
         """Take in a roster. Raises Released, or Orphaned if the clock gave us up."""
@@ -223,8 +219,6 @@ class Membership:
                 self._keep(key, mail, stamp)
             else:
                 self._strangers.append((mail, stamp))
-
-    # -- values ------------------------------------------------------------------
 
     def hear_value(self, mail: Mail) -> None:
         """Take in a value, if its sender may write its key. Raises WireError."""

@@ -1,7 +1,5 @@
 """Sources of a host: values that come over the network, and its own free agents'."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property

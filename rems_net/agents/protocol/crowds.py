@@ -1,7 +1,5 @@
 """The values of one port of many agents of a host in one message, `{name: values}`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from struct import Struct
 from typing import NamedTuple

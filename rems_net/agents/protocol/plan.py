@@ -4,8 +4,6 @@ A table is plain data, as in an experiment's file: `name`, `definition`, `driver
 on. A plan has this form on its way to a host, to another machine, and in `run.json`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -154,7 +152,7 @@ class Plan:
         return made | {w: v for w, v in rest.items() if v != COMMON[w]}
 
     @classmethod
-    def read(cls, kind: str, table: Table, folder: Path, dt: float) -> Plan:
+    def read(cls, kind: str, table: Table, folder: Path, dt: float) -> "Plan":
         """Return the plan of a table, whose classes are imported. Raises RemsError."""
         given = dict(table)
         kinds = ROBOT if kind == "robot" else (kind,)

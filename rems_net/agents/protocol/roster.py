@@ -1,7 +1,5 @@
 """The roster: the agents on the fabric, and their ports. The clock publishes it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -111,7 +109,7 @@ class Roster:
         return pack(plain)
 
     @classmethod
-    def from_wire(cls, payload: bytes) -> Roster:
+    def from_wire(cls, payload: bytes) -> "Roster":
         """Read a roster. Raises WireError for anything else."""
         plain = shapes.fields(read(payload), "a roster", *cls.__slots__)
         entries = [

@@ -1,7 +1,5 @@
 """Inertia: mass and moments of rigid parts, and of all parts together."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,14 +26,14 @@ class Inertia:
     about: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     @classmethod
-    def of(cls, mass: float, inertia: Array, at: Pose) -> Inertia:
+    def of(cls, mass: float, inertia: Array, at: Pose) -> "Inertia":
         """Return the inertia of a mass: `inertia` (3, 3) in a frame with the pose."""
         turn, centre = at.rotation, at.position
         return cls(
             mass, mass * centre, turn @ inertia @ turn.T + _steiner(mass, centre)
         )
 
-    def seen(self, at: Pose) -> Inertia:
+    def seen(self, at: Pose) -> "Inertia":
         """Return the inertia seen from outside, if its frame has the pose `at`."""
         if not self.mass:
             return self
@@ -44,7 +42,7 @@ class Inertia:
             self.mass, inertia, Pose(at.position + at.rotation @ centre, at.rotation)
         )
 
-    def __add__(self, other: Inertia) -> Inertia:
+    def __add__(self, other: "Inertia") -> "Inertia":
         return Inertia(
             self.mass + other.mass, self.moment + other.moment, self.about + other.about
         )

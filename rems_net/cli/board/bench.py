@@ -47,8 +47,6 @@ class Bench:
         self.woodbot, self.parameters = woodbot, woodbot.parameters
         self.samples: list[Sample] = []
 
-    # -- its settings --------------------------------------------------------------
-
     def servos(self) -> dict[str, Servo]:
         """Return the stored values. Raises ExperimentError if it has no servos."""
         try:
@@ -89,8 +87,6 @@ class Bench:
             )
         if figures["safe"] == "stopped":
             raise ExperimentError("STOP holds. Type: rems stop --release (R0712)")
-
-    # -- driving -------------------------------------------------------------------
 
     def drive(self, left: float, right: float, seconds: float) -> list[Sample]:
         """Drive for some seconds, at these speeds of the wheels [rad/s]."""
@@ -158,8 +154,6 @@ class Bench:
                 "1 m from a wall, facing it. Without a wall: --ruler (R0712)"
             )
         return seen
-
-    # -- the recording -------------------------------------------------------------
 
     @contextmanager
     def recording(self, folder: Path) -> Iterator[Path]:

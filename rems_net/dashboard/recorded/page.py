@@ -1,7 +1,5 @@
 """Server of the page on a recording: each page plays it for itself."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from concurrent.futures import ThreadPoolExecutor

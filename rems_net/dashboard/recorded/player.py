@@ -1,7 +1,5 @@
 """Player: the place of one page in a recording, and its next values."""
 
-from __future__ import annotations
-
 from collections.abc import Set
 from math import isfinite
 from typing import Any, NamedTuple
@@ -40,7 +38,7 @@ class Wish(NamedTuple):
     ports: frozenset[str] | None = None
     dragged: bool = False
 
-    def then(self, later: Wish) -> Wish:
+    def then(self, later: "Wish") -> "Wish":
         """Return both together; the later one counts."""
         new = {word: one for word, one in later._asdict().items() if one is not None}
         if later.t is None:

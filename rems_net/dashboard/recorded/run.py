@@ -1,7 +1,5 @@
 """RecordedRun: a recording as the channels of a page, with values at any time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import count
 from math import ceil

@@ -1,7 +1,5 @@
 """RecordedRuns: one recording, or two of one experiment, as a page shows them."""
 
-from __future__ import annotations
-
 from collections.abc import Set
 from itertools import chain
 from pathlib import Path

@@ -5,8 +5,6 @@ themselves as in a run. A class of the user's is not loaded: a page on a recordi
 no code of others. Such a robot looks as the run has noted: its outline and its rays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Frames: the channel /tf, with the pose of each robot, which viewers draw."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from rems_net.defdict import Batch, Schema

@@ -5,8 +5,6 @@ shows that all that was sent before it has come. While an answer is missing for 
 than OLD, and until a newer ping is answered, nothing that comes is obeyed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 

@@ -1,7 +1,5 @@
 """Meeting viewers: who gets in, what each is sent, and what it may do."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import time

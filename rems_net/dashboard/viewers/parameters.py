@@ -4,8 +4,6 @@ A parameter is named like a setting of `--set`: `robot/sim.track`. A value with 
 is a text such as "112.6 mm", so that nobody takes millimetres for metres.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import Any
 

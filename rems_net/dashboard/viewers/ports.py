@@ -1,7 +1,5 @@
 """Ports: what a fabric's agents publish, as channels for viewers, in CDR."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress

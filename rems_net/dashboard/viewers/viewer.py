@@ -1,7 +1,5 @@
 """Viewer: what one program of others is sent, and what it may do."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

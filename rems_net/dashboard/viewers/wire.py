@@ -9,8 +9,6 @@ A viewer speaks JSON texts, too, and publishes `u8 1, u32 channel, message`, or 
 service by `u8 2, u32 service, u32 call, u32 length, encoding, arguments`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import struct

@@ -3,8 +3,6 @@
 The plan becomes a few lines of Python, readable as `converter.code`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property, lru_cache
 from types import MethodType
@@ -27,8 +25,8 @@ class Converter:
 
     def __init__(
         self,
-        source: Schema,
-        target: Schema,
+        source: "Schema",
+        target: "Schema",
         rules: Rules = (),
         missing: str = "error",
         surplus: str = "drop",
@@ -88,7 +86,7 @@ def _policy(name: str, given: str, known: tuple[str, ...]) -> None:
         )
 
 
-def _label(schema: Schema, label: str) -> str:
+def _label(schema: "Schema", label: str) -> str:
     return f"{label} ({schema.name})" if label else schema.name
 
 

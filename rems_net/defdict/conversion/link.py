@@ -115,9 +115,6 @@ def _edge(low: float, high: float) -> float:
     return max(ROUNDING * (high - low), 8 * math.ulp(max(abs(low), abs(high))))
 
 
-# -- numbers ------------------------------------------------------------------
-
-
 def _numeric(a: Field, b: Field, tag: str) -> Link:
     names: dict[str, Any] = {}
     code, words = "{x}", []

@@ -59,8 +59,6 @@ class Plan:
             listed = "".join(f"\n  - {problem}." for problem in self.problems)
             raise kind(f"{labels[0]} cannot become {labels[1]}:{listed} (R0117)")
 
-    # -- one field ------------------------------------------------------------
-
     def _target(self, path: str, field: Field, name: str) -> str:
         found, rule = self._resolve(path, ())
         if found is None:
@@ -116,8 +114,6 @@ class Plan:
                 self.lines.append(f"{name} = settle{name}({name}, {variable})")
         self.rows.append((path, in_brief(a), in_brief(b), made.factor, rule))
         return name
-
-    # -- where it comes from --------------------------------------------------
 
     def _resolve(
         self, path: str, stack: Rules

@@ -5,8 +5,6 @@ its needs, already in the rule's units. It returns a dict (or a sequence) of all
 that it gives. With an `inverse` the same rule converts back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -23,8 +21,8 @@ class Rule:
     """A function, the fields it needs and the fields it gives."""
 
     name: str
-    needs: Schema
-    gives: Schema
+    needs: "Schema"
+    gives: "Schema"
     function: Callable[[Any], Any]
     inverse: Callable[[Any], Any] | None = None
 
@@ -53,7 +51,7 @@ class Rule:
             )
         return self.gives._build(found, f"rule {self.name}").leaves()
 
-    def back(self) -> Rule | None:
+    def back(self) -> "Rule | None":
         """Return the rule that undoes this one; None without an inverse."""
         if self.inverse is None:
             return None

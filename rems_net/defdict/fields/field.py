@@ -165,8 +165,6 @@ def _number(given: Any) -> float:
     return float(given)
 
 
-# -- as msgpack, in the description of a schema ------------------------------------
-
 _NAMES = ["choices", "default", "doc", "functions", "item", "max_age", "max_len"]
 _NAMES += ["means", "range", "shape", "table", "unit"]
 

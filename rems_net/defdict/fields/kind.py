@@ -3,8 +3,6 @@
 A `Field` is a Kind that was checked, with a default that it accepts itself.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,7 +46,7 @@ class Kind:
     means: str = ""
     functions: tuple[Function, Function] | None = None
     max_len: int = 256
-    item: Schema | None = None
+    item: "Schema | None" = None
     doc: str = ""
 
     @property

@@ -7,8 +7,6 @@ Each takes a unit of its own kind and refuses any other. To specialise one, writ
 line: `wheel_speed = partial(angular_velocity, "rad/s", range=(-6.8, 6.8))`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import update_wrapper
 from typing import TYPE_CHECKING, Any, Generic, NoReturn, ParamSpec, Protocol
@@ -72,7 +70,7 @@ class Maker(Generic[P]):
 
     __rmul__ = __truediv__ = __rtruediv__ = __mul__
 
-    def __get__(self, owner: object, kind: object = None) -> Maker[P]:
+    def __get__(self, owner: object, kind: object = None) -> "Maker[P]":
         return self  # functions have it, too: so help() shows the arguments
 
     def __repr__(self) -> str:
@@ -305,6 +303,6 @@ def array(
 
 
 @Maker
-def many(item: Schema, *, max_len: int = 64, doc: str = "") -> Field:
+def many(item: "Schema", *, max_len: int = 64, doc: str = "") -> Field:
     """Make a field that holds a list of values of one schema, `max_len` at most."""
     return Field("list", item=item, max_len=max_len, doc=doc)

@@ -78,8 +78,6 @@ class Tree:
     def __delattr__(self, name: str) -> None:
         raise SchemaError(f"{self.name} is frozen: build another schema. (R0106)")
 
-    # -- looking in -----------------------------------------------------------
-
     def __getitem__(self, path: str) -> Field | Self:
         """Return the field or the nested schema at a path."""
         found = self.find(path)
@@ -123,8 +121,6 @@ class Tree:
                     f" Its class declares them: {words} = Settings({path}=number())."
                 )
         return UnknownFieldError(f"{self.name} has no field {path!r}.{hint} (R0104)")
-
-    # -- identity -------------------------------------------------------------
 
     @cached_property
     def _key(self) -> tuple[object, ...]:

@@ -166,9 +166,6 @@ def _getter(prefix: str, key: str, place: int | None) -> Callable[[DefDict], Any
     return lambda self: self._leaves[place]
 
 
-# -- read-only values ------------------------------------------------------------------
-
-
 def lock(value: DefDict, refuse: Refusal) -> DefDict:
     """Make a value read-only from now on, for all that have it. Return it.
 
@@ -231,7 +228,6 @@ def refill(value: DefDict, other: DefDict) -> None:
     value._leaves[:] = other._leaves
 
 
-# -- many values of one schema at once -----------------------------------------------
 #
 # For a thousand robots in one process, a method call for each value would cost more
 # than the work on it.

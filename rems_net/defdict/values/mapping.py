@@ -5,8 +5,6 @@ fast path, which finds the limits and the place of a field in one look-up. All o
 values come here, and are accepted or explained.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
 
@@ -33,7 +31,7 @@ class FixedMapping(MutableMapping[str, Any]):
 
     _leaves: Leaves
     _root: ClassVar[Tree]  # the whole schema, of which a view shows a group
-    _schema: ClassVar[Schema]
+    _schema: "ClassVar[Schema]"
     _prefix: ClassVar[str]
     _first: ClassVar[int]
     _index: ClassVar[dict[str, int]]
@@ -138,10 +136,8 @@ class FixedMapping(MutableMapping[str, Any]):
     def __deepcopy__(self, memo: object) -> Self:
         return self.copy()
 
-    # -- what is inside -------------------------------------------------------
-
     @property
-    def schema(self) -> Schema:
+    def schema(self) -> "Schema":
         """The schema of this value."""
         return self._schema
 
@@ -153,8 +149,6 @@ class FixedMapping(MutableMapping[str, Any]):
     def flat(self) -> dict[str, Any]:
         """Return a plain dict of path to value."""
         return dict(zip(self._schema.paths, self.leaves(), strict=True))
-
-    # -- setting --------------------------------------------------------------
 
     def _assign(self, values: Any) -> None:
         """Set from a mapping (some fields), or a sequence (every leaf in order)."""
@@ -198,8 +192,6 @@ class FixedMapping(MutableMapping[str, Any]):
                 return self._group(self._prefix + key)._around(self._leaves)
         raise self._unknown(key)
 
-    # -- words ----------------------------------------------------------------
-
     def _place(self) -> str:
         name = self._root.name
         return f"{name}: {self._prefix[:-1]!r}" if self._prefix else name
@@ -224,9 +216,6 @@ def copied(leaves: Leaves) -> Leaves:
 def _some(paths: Sequence[str]) -> str:
     more = ", ..." if len(paths) > 8 else ""
     return ", ".join(map(repr, paths[:8])) + more
-
-
-# -- when two values are the same --------------------------------------------------
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -9,8 +9,6 @@
 arrays, quantities of unyt, and text that shows units.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -38,8 +36,6 @@ class DefDict(FixedMapping, Arithmetic):
 
     __slots__ = ()
 
-    # -- attributes -----------------------------------------------------------
-
     def __setattr__(self, key: str, value: Any) -> None:
         if key not in self._schema.entries:
             raise UnknownAttributeError(str(self._unknown(key)))
@@ -55,20 +51,18 @@ class DefDict(FixedMapping, Arithmetic):
             raise AttributeError(key)
         raise UnknownAttributeError(str(self._unknown(key)))
 
-    # -- as bytes, as another, as plain Python --------------------------------
-
     def encode(self) -> bytes:
         """Return the payload: one msgpack map in schema order."""
         return self.copy().encode()  # of a group; a whole value has its own, compiled
 
     def to(
         self,
-        target: Schema,
-        rules: Iterable[Rule] = (),
+        target: "Schema",
+        rules: "Iterable[Rule]" = (),
         *,
         missing: str = "error",
         surplus: str = "drop",
-    ) -> DefDict:
+    ) -> "DefDict":
         """Return this value converted into another schema."""
         convert = self._schema.converter(
             target, rules, missing=missing, surplus=surplus
@@ -102,8 +96,6 @@ class DefDict(FixedMapping, Arithmetic):
             for key, value in self.items()
         }
 
-    # -- limits ---------------------------------------------------------------
-
     def clip(
         self, values: Mapping[str, Any] | None = None, /, **fields: Any
     ) -> dict[str, Any]:
@@ -115,8 +107,6 @@ class DefDict(FixedMapping, Arithmetic):
                 asked[path] = _limited(field, number, f"{self._schema.name}: {path!r}")
         self.update(asked)
         return {path: self[path] for path in asked}
-
-    # -- as numbers -----------------------------------------------------------
 
     def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
         """Return the numbers of all fields as a vector, or as a column (float64)."""
@@ -154,8 +144,6 @@ class DefDict(FixedMapping, Arithmetic):
             given[path] = _back(field, flat[first : first + field.size])
             first += field.size
         self.update(given)
-
-    # -- with units -----------------------------------------------------------
 
     def quantity(self, path: str) -> Any:
         """Return a field as a quantity of unyt."""
@@ -240,9 +228,6 @@ def _text(field: Field, leaf: Any) -> str:
     if field.shape:
         return f"{show(leaf.tolist())}{unit}"
     return f"{leaf!r}{unit}" if field.numeric else show(leaf)
-
-
-# -- the nearest value that a field takes ------------------------------------------
 
 
 def _spread(

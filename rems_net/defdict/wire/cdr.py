@@ -125,9 +125,6 @@ class ToCdr:
         return self._codec.transcode
 
 
-# -- layout ---------------------------------------------------------------------
-
-
 def _open(one: Field) -> bool:
     return not one.shape and one.dtype not in _SCALARS
 
@@ -167,9 +164,6 @@ def _struct(run: Run, at: int, before: str = "") -> struct.Struct:
         at += gap + _size(one)
     # A message of ROS 2 without fields has one byte all the same.
     return struct.Struct(form if run else f"{form}x")
-
-
-# -- to CDR ---------------------------------------------------------------------
 
 
 def _encoder(tree: Tree) -> Callable[[Any], bytes]:
@@ -236,9 +230,6 @@ def _put_list(out: bytearray, items: tuple[Any, ...], put: Put) -> None:
     out += bytes(-len(out) & 3) + _LENGTH.pack(len(items))
     for leaves in map(_leaves, items):
         put(out, leaves)
-
-
-# -- from CDR -------------------------------------------------------------------
 
 
 @lru_cache(maxsize=2048)

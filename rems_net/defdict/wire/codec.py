@@ -76,9 +76,6 @@ def decoder(tree: Tree, reader: Reader) -> Code:
     return code
 
 
-# -- payloads of one length ---------------------------------------------------
-
-
 def _is_fixed(tree: Tree) -> bool:
     return bool(tree.fields) and all(
         one.shape or one.dtype in ("float", "bool") for one in tree.fields
@@ -171,9 +168,6 @@ def _array(one: Field) -> Callable[[bytes], Any]:
         return found if ((found >= low) & (found <= high)).all() else None
 
     return read
-
-
-# -- payloads whose length varies ---------------------------------------------
 
 
 def _decode_open(tree: Tree, reader: Reader) -> Code:

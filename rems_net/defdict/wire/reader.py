@@ -118,9 +118,6 @@ def _list(field: Field, value: Any, where: str) -> tuple[Any, ...]:
     return tuple(made)
 
 
-# -- bounds -------------------------------------------------------------------
-
-
 def longest(tree: Tree) -> int:
     """Return the length of the longest payload of any encoder."""
     size = _HEAD

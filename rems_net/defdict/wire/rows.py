@@ -4,8 +4,6 @@ A crowd has thousands of values a tick. Python code for each of them costs more 
 all that is done with their bytes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
@@ -36,7 +34,7 @@ class Batch(dict[str, bytes]):
         super().__init__(messages or {})
         self.rows: list[Rows] = []
 
-    def add(self, other: Batch) -> None:
+    def add(self, other: "Batch") -> None:
         """Add the messages of another one."""
         self |= other
         self.rows += other.rows

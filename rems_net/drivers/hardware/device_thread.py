@@ -1,7 +1,5 @@
 """The device thread: serves one device at its rate, in wall time."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -51,7 +49,7 @@ class DeviceThread(Thread):
     would block it: its messages wait in `notes`.
     """
 
-    def __init__(self, device: Driven):
+    def __init__(self, device: "Driven"):
         super().__init__(name=f"device of {device.key}", daemon=True)
         self.device = device
         self.periodic = Periodic(1.0 / device.rate)
@@ -211,8 +209,6 @@ class DeviceThread(Thread):
             future.set_exception(error)
             if isinstance(error, OSError) and not isinstance(error, TimeoutError):
                 raise
-
-    # -- losing the device, and the end ------------------------------------------
 
     def _lose(self, error: OSError) -> None:
         """Give the line back, and wait before the next attempt to connect."""

@@ -43,8 +43,6 @@ class Held:
         self._frames: Frames | None = None
         self._process: subprocess.Popen[bytes] | None = None
 
-    # -- starting and ending -------------------------------------------------------
-
     def start(self) -> None:
         """Start the process if it does not run. Raises OSError without an answer."""
         if self._frames is not None:
@@ -129,8 +127,6 @@ class Held:
                 continue
         self.end()
         raise OSError("the process that holds the port did not start")
-
-    # -- frames --------------------------------------------------------------------
 
     def _send(self, kind: Kind, payload: bytes = b"") -> None:
         if self._frames is None:

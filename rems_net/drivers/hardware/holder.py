@@ -191,8 +191,6 @@ class Holder:
                 Event().wait(PAUSE)
         self._close()
 
-    # -- the port ------------------------------------------------------------------
-
     def _open(self, given: dict[str, Any]) -> None:
         self._close()
         try:

@@ -4,8 +4,6 @@ It uses only the protocol part of `websockets`. The connections of that library 
 every text as UTF-8, and close if that fails; small devices send bytes as text.
 """
 
-from __future__ import annotations
-
 import socket
 from collections import deque
 from collections.abc import Callable
@@ -60,7 +58,7 @@ class WebSocket:
     A message in several frames is not put together: devices send none.
     """
 
-    def __init__(self, link: Link, protocol: speaking.Protocol):
+    def __init__(self, link: "Link", protocol: "speaking.Protocol"):
         self.link, self.protocol = link, protocol
         self.came: deque[Message] = deque()
 
@@ -69,7 +67,7 @@ class WebSocket:
         cls,
         url: str,
         seconds: float,
-        reach: Callable[[tuple[str, int], float], Link] = reach,
+        reach: "Callable[[tuple[str, int], float], Link]" = reach,
     ) -> Self:
         """Connect to a server. Raises OSError if there is none, or no WebSocket.
 

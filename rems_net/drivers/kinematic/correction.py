@@ -6,8 +6,6 @@ memory it is 0, so a robot that stands does not creep. There are only sums, prod
 and quotients, in a fixed order: the same bits on every computer. (`tanh` differs.)
 """
 
-from __future__ import annotations
-
 import json
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -115,7 +113,7 @@ class Weights:
         path.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
 
     @classmethod
-    def read(cls, path: Path, shown: str = "") -> Weights:
+    def read(cls, path: Path, shown: str = "") -> "Weights":
         """Read the file. Raises ExperimentError, with its name as `shown`."""
         shown = shown or str(path)
         try:
@@ -172,7 +170,7 @@ class Memory:
 class Correction:
     """A term of the kinematic driver: the network of a file, beside the mathematics."""
 
-    def __init__(self, robot: Kinematic, file: str):
+    def __init__(self, robot: "Kinematic", file: str):
         path = robot.folder / file
         self.robot, self.path = robot, path
         self.saved = saved = Weights.read(path, file)
@@ -231,7 +229,7 @@ def runs_away(found: Floats) -> bool:
     return not bool((np.abs(found) < HUGE).all())
 
 
-def probe(robot: Kinematic, dt: float) -> tuple[list[float], list[float]]:
+def probe(robot: "Kinematic", dt: float) -> tuple[list[float], list[float]]:
     """Return a step at full speed (m, m, rad), and where a short drive goes.
 
     robot: one without a correction, which is put back afterwards
@@ -251,7 +249,7 @@ def probe(robot: Kinematic, dt: float) -> tuple[list[float], list[float]]:
     return [most or dt, most or dt, full[2] or dt], went
 
 
-def go(robot: Kinematic, command: Mapping[str, Any], dt: float) -> None:
+def go(robot: "Kinematic", command: Mapping[str, Any], dt: float) -> None:
     """Let a robot obey a command for one step; fields without a value are safe."""
     robot.command = robot.command.schema(command)
     robot.drive(robot.acting(dt), dt)
@@ -269,13 +267,13 @@ def local(before: Sequence[float], after: Sequence[float]) -> tuple[float, ...]:
     return x * c + y * s, y * c - x * s, after[2] - before[2]
 
 
-def definition_of(robot: Kinematic) -> str:
+def definition_of(robot: "Kinematic") -> str:
     """Return the name of the robot's definition."""
     parts = (part for part in type(robot).__mro__ if issubclass(part, Definition))
     return next(part.__name__ for part in parts if not issubclass(part, Driver))
 
 
-def _check(robot: Kinematic, saved: Weights, path: Path) -> None:
+def _check(robot: "Kinematic", saved: Weights, path: Path) -> None:
     """Raise ExperimentError for weights of another definition or other parameters."""
     ours, commands = definition_of(robot), list(robot.command.schema.paths)
     if (saved.definition, saved.commands) != (ours, commands):

@@ -1,7 +1,5 @@
 """Integration: steps a state by its rates, and checks that steps are short enough."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -52,7 +50,7 @@ class Integration:
     ""; after a warning, steps are no longer compared.
     """
 
-    def __init__(self, robot: Model, ahead: Ahead):
+    def __init__(self, robot: "Model", ahead: Ahead):
         self.robot, self.ahead, self.told = robot, ahead, ""
         kind = robot.options["integrator"]
         stated = getattr(robot, "integrator", "") if kind == "default" else kind
@@ -86,8 +84,6 @@ class Integration:
             path: (first[path] + 2 * (second[path] + third[path]) + fourth[path]) / 6
             for path in first
         }
-
-    # -- is the step short enough? -------------------------------------------------
 
     def disagrees(self, state: Any, command: Any, h: float, told: Any) -> Any:
         """Return whether two steps in a row disagree with their halves, or an array.
@@ -181,8 +177,6 @@ class Integration:
         for path in rates:
             groups.setdefault(getattr(find(path), "unit", ""), []).append(path)
         return groups.values()
-
-    # -- values that are not finite ----------------------------------------------
 
     def endless(self, path: str, rate: float, h: float) -> SchemaError:
         """Return the error for a field of the state that is infinite or NaN."""

@@ -1,7 +1,5 @@
 """Kinematic: driver that integrates the mathematics of the robot's definition."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any, cast
@@ -36,7 +34,7 @@ class Kinematic(Model):
     """
 
     #: a term beside the mathematics: what a network has learned of the rest
-    correction: Correction | None = None
+    correction: "Correction | None" = None
 
     def prepare(self) -> None:
         """Read the weights of a correction, too, if the options name them."""
@@ -122,7 +120,7 @@ class Kinematic(Model):
             raise self.integration.endless(path, rate, h) from error
 
     @classmethod
-    def share(cls, robots: Sequence[Model], scene: Scene) -> KinematicWorld:
+    def share(cls, robots: Sequence[Model], scene: Scene) -> "KinematicWorld":
         """Return a world in which walls stop these robots."""
         if scene.mjcf:
             raise SchemaError(NEEDS_MUJOCO)
@@ -138,7 +136,7 @@ class Kinematic(Model):
         return made.step if made else None
 
     @classmethod
-    def columns(cls, robots: Sequence[Robot]) -> Swarm | None:
+    def columns(cls, robots: Sequence[Robot]) -> "Swarm | None":
         """Return what computes these robots as arrays; None if arrays do not fit."""
         own = ("step", "obey", "acting", "drive", "sense")
         if any(getattr(cls, name) is not getattr(Kinematic, name) for name in own):

@@ -1,7 +1,5 @@
 """A swarm of kinematic robots: one definition, the same settings, stepped as arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -32,7 +30,7 @@ class Columns(dict[str, Any]):
             raise AttributeError(name)
         return Columns(inside)
 
-    def copy(self) -> Columns:
+    def copy(self) -> "Columns":
         """Return a copy with the same arrays."""
         return Columns(self)
 
@@ -53,7 +51,7 @@ class Swarm:
         }
 
     @classmethod
-    def of(cls, robots: Sequence[Model]) -> Swarm | None:
+    def of(cls, robots: Sequence[Model]) -> "Swarm | None":
         """Return a swarm of the robots; None if they must be stepped one by one."""
         first = robots[0]
         if first.options["noise"]:  # each robot has its own

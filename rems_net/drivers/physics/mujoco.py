@@ -1,7 +1,5 @@
 """Mujoco: driver that runs a robot in the MuJoCo physics engine."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import chain
 from typing import Any
@@ -38,7 +36,7 @@ class Mujoco(Physics):
 
     needs = ("mujoco",)
 
-    def build(self, bodies: Sequence[Body], scene: Scene) -> _Engine:
+    def build(self, bodies: Sequence[Body], scene: Scene) -> "_Engine":
         """Translate the bodies and the scene into a MuJoCo model."""
         mujoco = load("mujoco", "mujoco")
         model = compiled(mujoco, bodies, scene)

@@ -4,8 +4,6 @@ Every engine gets the same `Body`, moves it, and returns its pose; steps, state 
 sensors are computed here, the same way for all engines.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -163,7 +161,7 @@ class Physics(Simulated):
         self.add_noise()
 
     @classmethod
-    def share(cls, robots: Sequence[Physics], scene: Scene) -> PhysicsWorld:
+    def share(cls, robots: "Sequence[Physics]", scene: Scene) -> PhysicsWorld:
         """Return one world of the engine, with all these robots."""
         steps = [float(robot.options["physics_step"]) for robot in robots]
         if min(steps) != max(steps):

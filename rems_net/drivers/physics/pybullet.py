@@ -1,7 +1,5 @@
 """Pybullet: driver that runs a robot in the Bullet physics engine."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -53,7 +51,7 @@ class Pybullet(Physics):
 
     needs = ("pybullet",)
 
-    def build(self, bodies: Sequence[Body], scene: Scene) -> _Engine:
+    def build(self, bodies: Sequence[Body], scene: Scene) -> "_Engine":
         """Translate the bodies and the scene into a Bullet world of their own."""
         with _silence():
             bullet = load("pybullet", "pybullet")

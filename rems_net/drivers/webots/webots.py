@@ -84,8 +84,6 @@ class Webots(Driver):
             )
         return field
 
-    # -- opening and closing -----------------------------------------------------
-
     def open(self) -> None:
         """Connect to the robot in Webots, and put it to its start."""
         super().open()
@@ -172,8 +170,6 @@ class Webots(Driver):
                 connection.leave()
         super().close()
 
-    # -- a step ------------------------------------------------------------------
-
     def rewind(self) -> None:
         """Put the robot at its initial pose, at rest, from the next step on.
 
@@ -234,8 +230,6 @@ class Webots(Driver):
             value = gauge.read()
             if value is not None:
                 getattr(self, gauge.reading.port)[gauge.reading.field] = value
-
-    # -- the pose ----------------------------------------------------------------
 
     @property
     def _moves(self) -> bool:

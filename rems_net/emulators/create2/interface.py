@@ -96,8 +96,6 @@ class Interface:
             "requested_left": self.body.left,
         }
 
-    # -- commands ----------------------------------------------------------------
-
     def _obey(self, op: Op, data: bytes) -> list[bytes]:
         self._idle = 0.0
         if op is Op.RESET:
@@ -159,8 +157,6 @@ class Interface:
     def _stand(self, mode: int) -> None:
         self.mode = mode
         self.body.right = self.body.left = self.velocity = 0
-
-    # -- answers -----------------------------------------------------------------
 
     def _tell(self, op: Op, data: bytes) -> list[bytes]:
         match op:

@@ -86,8 +86,6 @@ class EmulatedBus:
         moving = [s for s in self.servos if s.speed]
         return f"{len(self.servos)} servos, {len(moving)} of them move"
 
-    # -- one packet --------------------------------------------------------------
-
     def _obey(self, packet: Packet) -> list[bytes]:
         if packet.instruction == Instruction.STATUS:
             return []
@@ -159,8 +157,6 @@ class EmulatedBus:
                 return INSTRUCTION
         return 0
 
-    # -- many servos by one packet -----------------------------------------------
-
     def _sync_read(self, given: bytes) -> list[bytes]:
         place, ids = given[:4], given[4:]
         asked = ((number, place) for number in ids)
@@ -198,8 +194,6 @@ class EmulatedBus:
     def _write(self, number: int, address: int, data: bytes) -> None:
         for servo in self._named(number):
             servo.obey(servo.memory.write(address, data)[1])
-
-    # -- servos on the bus -------------------------------------------------------
 
     def _hearing(self) -> list[Servo]:
         """Return the servos that receive packets at this speed, in the order of IDs."""

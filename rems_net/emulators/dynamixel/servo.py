@@ -56,8 +56,6 @@ class Servo:
         """Speed of its shaft, rad/s, counter-clockwise."""
         return self.speed * table.POSITION
 
-    # -- commands ----------------------------------------------------------------
-
     def heard(self) -> None:
         """Reset the watchdog's time, since a packet to it has come."""
         self._quiet = 0.0
@@ -107,8 +105,6 @@ class Servo:
         failed = self.memory[table.HARDWARE_ERROR] & self.memory[table.SHUTDOWN]
         return self.strong and not failed
 
-    # -- time --------------------------------------------------------------------
-
     def live(self, dt: float) -> None:
         """Let `dt` seconds pass."""
         self._deaf -= dt
@@ -152,8 +148,6 @@ class Servo:
             case _:
                 return 0.0
         return max(-fastest, min(fastest, goal))
-
-    # -- registers ---------------------------------------------------------------
 
     def _turned(self, value: float) -> float:
         """Return the value in its own direction of counting: negated if reversed."""

@@ -1,7 +1,5 @@
 """A film of a recording: robots from above, with their trails. Needs Pillow."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """A stage: where robots and things are in a picture, seen from above."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

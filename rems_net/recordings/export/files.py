@@ -1,7 +1,5 @@
 """Exported files: CSV with the bytes that an output of type csv writes, or Parquet."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -26,7 +24,7 @@ TOGETHER = 200
 
 
 def export(
-    recording: Recording, names: Sequence[str], folder: Path, to: str
+    recording: "Recording", names: Sequence[str], folder: Path, to: str
 ) -> list[Path]:
     """Write one file for each of these agents. Returns their paths.
 
@@ -51,7 +49,7 @@ def export(
     return [*made.values()]
 
 
-def _csv(recording: Recording, made: dict[str, Path]) -> None:
+def _csv(recording: "Recording", made: dict[str, Path]) -> None:
     """Write CSV files. One pass through an MCAP file serves many of them."""
     inside: dict[Path, dict[str, str]] = {}
     for name, path in made.items():
@@ -77,7 +75,7 @@ def _csv(recording: Recording, made: dict[str, Path]) -> None:
                     files[one.agent].write(line(row))
 
 
-def _write_table(recording: Recording, name: str, path: Path) -> None:
+def _write_table(recording: "Recording", name: str, path: Path) -> None:
     table = recording.table(name)
     with path.open("wb") as file:
         file.write(line([*table]))

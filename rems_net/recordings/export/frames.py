@@ -1,7 +1,5 @@
 """Frames of pandas and polars, and Parquet files. Each needs its library."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path

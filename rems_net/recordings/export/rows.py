@@ -1,7 +1,5 @@
 """Rows of agents in an MCAP file, tick by tick, in the memory of one chunk."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """Random access: messages of a channel at a time, without the rest of the file."""
 
-from __future__ import annotations
-
 import struct
 from collections import OrderedDict
 from threading import Lock

@@ -1,7 +1,5 @@
 """The columns of one agent in an MCAP file, as those of a CSV file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any

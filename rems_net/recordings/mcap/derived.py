@@ -5,8 +5,6 @@ become points; a picture of a camera becomes a PNG file. Viewers draw these, and
 of them is read back.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -166,7 +164,7 @@ class Poses:
             keys = tuple([key for key in self._schemas if key in messages])
             return self._form(keys).filled(messages, time) if keys else b""
 
-    def _made(self, keys: tuple[str, ...]) -> _Form:
+    def _made(self, keys: tuple[str, ...]) -> "_Form":
         return _Form({key: self._schemas[key] for key in keys})
 
 

@@ -1,7 +1,5 @@
 """Frame: what the messages of a tick have in common with those of the next."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Contents of an MCAP file, as a screen of text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from rems_net.recordings.manifest import Manifest

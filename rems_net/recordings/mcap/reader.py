@@ -4,8 +4,6 @@ Only the chunks that hold a channel are read, one after the other, so memory is 
 what is asked for, however long the file is.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Ticks at which an agent has a row: those of a CSV file that was written as it ran."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

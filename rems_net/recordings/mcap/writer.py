@@ -5,8 +5,6 @@ or on the version of a library. Nothing is compressed, for that reason. A chunk 
 with a second of fabric time, or as soon as it has 1 MiB, and only between two ticks.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import struct

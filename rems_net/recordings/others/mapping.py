@@ -3,8 +3,6 @@
 It is a TOML file: `woodbot-class.toml`, beside this file, is one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
@@ -72,7 +70,7 @@ class Like:
     frame: Frame = field(default_factory=Frame)
     files: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
-    def of(self, name: str) -> Like:
+    def of(self, name: str) -> "Like":
         """Return the mapping for a file of this name. Raises ExperimentError."""
         made = self
         for pattern, more in self.files.items():

@@ -10,8 +10,6 @@ track = "0.1124 m"            # 0.1119 to 0.1129 m; was 0.1126 m
 "lidar/right" = { "relative" = 0.04 }     # of its standard deviation; 268 rows
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Recordings of two robots at common times, in the units of the first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -29,7 +27,7 @@ class RobotPair:
     starts: of each robot, if the run has recorded it
     """
 
-    def __init__(self, a: Columns, b: Columns, starts: tuple[Start | None, ...]):
+    def __init__(self, a: "Columns", b: "Columns", starts: tuple[Start | None, ...]):
         self.a, self.b = a, b
         self._common = common(a.seconds(), b.seconds())
         laid = laid_at(a.settled, b.settled)
@@ -79,7 +77,7 @@ class RobotPair:
         one, other = self.of(self.a, field), self.of(self.b, field)
         return one.astype(float), factor * other.astype(float)
 
-    def of(self, robot: Columns, field: str) -> NDArray[np.generic]:
+    def of(self, robot: "Columns", field: str) -> NDArray[np.generic]:
         """Return a column of one robot at these times (n,)."""
         holds = not field.startswith("state/")
         return self._common.of(int(robot is self.b), robot.plain(field), holds=holds)
@@ -117,7 +115,7 @@ class RobotPair:
         return one, StepTrajectory(time, factor * points)
 
     def _from_start(
-        self, k: int, robot: Columns, names: Sequence[str]
+        self, k: int, robot: "Columns", names: Sequence[str]
     ) -> tuple[Array, Array]:
         points = np.stack([self.of(robot, n).astype(float) for n in names], axis=1)
         if not self.started(names):

@@ -1,7 +1,5 @@
 """Two recordings as one, in which each robot meets itself in the other run."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
@@ -56,7 +54,7 @@ class Together(Recording):
         for name in self.shared:
             yield from (name, self.marked(name))
 
-    def __getitem__(self, robot: str) -> Columns:
+    def __getitem__(self, robot: str) -> "Columns":
         """Return the columns of one robot. Raises UnknownFieldError."""
         name = robot.removesuffix(f" ({self._mark})")
         if name == robot or name not in self.shared:
@@ -65,7 +63,7 @@ class Together(Recording):
         columns.name = robot
         return columns
 
-    def trajectories(self) -> list[Trajectory]:
+    def trajectories(self) -> "list[Trajectory]":
         """Return where the shared robots with x, y and heading drove."""
         first = {one.name: one for one in self.one.trajectories()}
         second = {one.name: one for one in self.other.trajectories()}
@@ -75,7 +73,7 @@ class Together(Recording):
                 found += [first[name], replace(second[name], name=self.marked(name))]
         return found
 
-    def pairs(self, robots: Sequence[Trajectory]) -> list[Pair]:
+    def pairs(self, robots: "Sequence[Trajectory]") -> "list[Pair]":
         """Return how far each robot is apart from itself in the other run."""
         by = {robot.name: robot for robot in robots}
         there = [name for name in self.shared if name in by]
@@ -85,7 +83,7 @@ class Together(Recording):
             for pair in self.one.pairs([by[name], by[self.marked(name)]])
         ]
 
-    def differences(self, posed: Collection[str]) -> list[Difference]:
+    def differences(self, posed: Collection[str]) -> "list[Difference]":
         """Return how far each robot is apart from itself by its state."""
         from rems_net.recordings.differences import differences
 
@@ -95,12 +93,12 @@ class Together(Recording):
         )
         return [one for each in found for one in each]
 
-    def start(self, robot: str) -> Start | None:
+    def start(self, robot: str) -> "Start | None":
         """Return where a robot started; None if its run has not recorded it."""
         name = robot.removesuffix(f" ({self._mark})")
         return (self.one if name == robot else self.other).start(name)
 
-    def why(self, a: str = "", b: str = "") -> Why:
+    def why(self, a: str = "", b: str = "") -> "Why":
         """Return where and why a robot, the first by default, parts in the second run.
 
         b: the robot that is compared with it instead.

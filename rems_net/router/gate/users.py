@@ -10,8 +10,6 @@ The format is TOML, as for experiments: the library finds a name given twice or 
 missing quote, with its line, and a password may contain any character.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 import tempfile
@@ -65,7 +63,7 @@ class Users:
         of = {n: (role, "") for role in ROLES for n in self.names[role]}
         return of | {n: ("", team) for team, names in self.teams.items() for n in names}
 
-    def with_owner(self) -> tuple[Users, str, str]:
+    def with_owner(self) -> "tuple[Users, str, str]":
         """Return these users and one for the router's machine; its name, its password.
 
         The password is derived from the members' passwords, so that it is still valid

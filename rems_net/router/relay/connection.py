@@ -1,7 +1,5 @@
 """Connection: one client of a shared router, from its first byte to its last."""
 
-from __future__ import annotations
-
 import socket
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -26,7 +24,7 @@ class Connection:
     on in whole batches, checked by a Reader.
     """
 
-    def __init__(self, gate: Gate, client: End, host: str, ours: bool):
+    def __init__(self, gate: "Gate", client: End, host: str, ours: bool):
         #: ours: the client is on the router's machine
         self.gate, self.client, self.host, self.ours = gate, client, host, ours
         self.router: End | None = None
@@ -41,8 +39,6 @@ class Connection:
         client.owner = self
         client.took, client.closed, client.sent = self._take, self.end, self._resume
         client.read(True)
-
-    # -- from the client ---------------------------------------------------------------
 
     def _take(self, data: memoryview) -> None:
         """Pass whole batches on, and keep the incomplete rest."""
@@ -134,8 +130,6 @@ class Connection:
         else:
             self.client.read(True)
 
-    # -- from Zenoh --------------------------------------------------------------------
-
     def _answer(self, data: memoryview) -> None:
         """Read Zenoh's side of the handshake; then pass all on unread."""
         answers = self._answers + data
@@ -175,8 +169,6 @@ class Connection:
             self.router.read(True)
             if self._step != self._too_early and not self.router.pending:
                 self.client.read(True)
-
-    # -- the end -----------------------------------------------------------------------
 
     def refuse(self, reason: int) -> None:
         """Close with a reason that the client can read."""

@@ -4,8 +4,6 @@ Each command of a student is a session of a second, and a run has several. So a 
 counts as here from the first session until there was none for a while.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import OrderedDict
@@ -63,7 +61,7 @@ class _Laptop:
     since: str
     here: bool = True
     #: sessions with their beginning, by the monotonic clock [s]
-    sessions: dict[Connection, float] = field(default_factory=dict)
+    sessions: "dict[Connection, float]" = field(default_factory=dict)
     ended: float = 0.0
     is_lost: bool = False
 
@@ -87,9 +85,7 @@ class People:
         self._stops: dict[str, OrderedDict[str, tuple[float, str]]] = {}
         self._lock = Lock()
 
-    # -- what the gate sees ------------------------------------------------------------
-
-    def came(self, one: Connection, now: float) -> None:
+    def came(self, one: "Connection", now: float) -> None:
         """Note a session that was let in."""
         key = one.owner, one.host
         with self._lock:
@@ -102,7 +98,7 @@ class People:
             if len(self._laptops) > LAPTOPS:
                 self._laptops.popitem(last=False)
 
-    def left(self, one: Connection, now: float) -> None:
+    def left(self, one: "Connection", now: float) -> None:
         """Note the end of a session."""
         with self._lock:
             found = self._laptops.get((one.owner, one.host))
@@ -127,7 +123,7 @@ class People:
                     one.here, one.since = True, time.strftime("%H:%M:%S")
                     self._report(key, BACK)
 
-    def stopped(self, one: Connection, fabric: str) -> None:
+    def stopped(self, one: "Connection", fabric: str) -> None:
         """Note the user who put STOP, if the router lets it through."""
         if is_name(fabric) and self._may_stop(one.owner, fabric):
             of = "" if fabric == self._fabric else self._team(one.owner)
@@ -137,8 +133,6 @@ class People:
                 stops.move_to_end(fabric)
                 if len(stops) > STOPS:
                     stops.popitem(last=False)
-
-    # -- what others want to know ------------------------------------------------------
 
     def who_stopped(self, fabric: str) -> str:
         """Return, and forget, the last author of a STOP there: user and laptop."""

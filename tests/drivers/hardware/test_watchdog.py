@@ -5,8 +5,7 @@ from math import inf, nan
 from threading import Event
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall

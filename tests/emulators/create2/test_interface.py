@@ -4,8 +4,7 @@ import struct
 from math import pi
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net.drivers.hardware.create2 import commands, packets
 from rems_net.drivers.hardware.create2.commands import Op

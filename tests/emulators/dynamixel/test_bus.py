@@ -4,8 +4,7 @@ from importlib.resources import files
 from math import pi
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.table import Register

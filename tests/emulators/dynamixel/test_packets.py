@@ -1,8 +1,7 @@
 """Packets of protocol 2.0, byte by byte: those that ROBOTIS and the SDK publish."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.emulators.dynamixel.packet import (
     HEADER,

@@ -13,8 +13,7 @@ from rems_net.cli.verbs import COMMANDS
 from rems_net.errors import MissingPartError, uncoded
 from rems_net.firmware import build
 from tests.agents.runs import until
-from tests.commands import command, finished
-from tests.commands import inside as rems
+from tests.commands import command, finished, inside as rems
 from tests.firmware.compiling import CORE, FIRMWARE
 from tests.firmware.emulated.scene import Serve, compiled
 from tests.firmware.flashing.images import write as image

@@ -1,8 +1,7 @@
 """Improv Serial at a robot's cable: packets among lines, and what they set."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net.cable import improv
 from rems_net.cable.improv import Command, Kind

@@ -20,8 +20,7 @@ from rems_net.client import join
 from rems_net.errors import FabricError
 from rems_net.firmware.robot import EmulatedRobot, Motors
 from tests.agents.runs import until
-from tests.commands import command, finished
-from tests.commands import inside as rems
+from tests.commands import command, finished, inside as rems
 from tests.firmware.emulated.scene import Serve, compiled
 
 #: of the left one and the right one: trim [us], dead band [us], top speed [rad/s]

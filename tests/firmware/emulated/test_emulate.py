@@ -12,8 +12,7 @@ import pytest
 
 from rems_net.firmware import port
 from tests.agents.runs import alive, until
-from tests.commands import begun, command
-from tests.commands import inside as rems
+from tests.commands import begun, command, inside as rems
 from tests.firmware.emulated.scene import Serve, compiled, ported
 
 

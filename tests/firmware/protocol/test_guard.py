@@ -2,8 +2,7 @@
 
 from ctypes import Structure, byref, c_bool, c_double, c_uint, c_uint64
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.firmware.protocol.core import Core
 

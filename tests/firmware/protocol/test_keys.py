@@ -5,8 +5,7 @@ import math
 
 import pytest
 import zenoh
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from tests.firmware.protocol.core import Core
 

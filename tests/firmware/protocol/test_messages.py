@@ -5,8 +5,7 @@ from ctypes import byref, c_size_t, c_uint64
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.protocol import messages

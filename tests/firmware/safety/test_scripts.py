@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.firmware.safety.bench import MAX_AGE, PERIOD, TOP, Bench, Why, stands
 

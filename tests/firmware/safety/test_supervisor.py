@@ -5,8 +5,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.firmware.safety.scripted import HELD, Cause, Phase, State, Supervisor, World
 

@@ -3,8 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.errors import FabricError
 from rems_net.router.finding.address import from_code, is_here, to_code, to_endpoint

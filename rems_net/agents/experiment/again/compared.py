@@ -18,8 +18,7 @@ from rems_net.agents.ports import Messages
 from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.tick import Tick
 from rems_net.defdict import cdr
-from rems_net.recordings.comparison import Pair, Trajectory
-from rems_net.recordings.comparison import compare as compared
+from rems_net.recordings.comparison import Pair, Trajectory, compare as compared
 from rems_net.recordings.mcap.derived import has_pose
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.writer import FILE

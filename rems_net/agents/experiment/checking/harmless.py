@@ -4,8 +4,6 @@ The interpreter reports each action before the code does it (PEP 578), and a hoo
 refuse it. The actions of a library's C code are not reported.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile
@@ -38,7 +36,7 @@ class Harmless:
     action that was refused.
     """
 
-    _now: ClassVar[Harmless | None] = None
+    _now: "ClassVar[Harmless | None]" = None
     _hooked = False
 
     def __enter__(self) -> Self:

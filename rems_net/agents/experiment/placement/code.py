@@ -79,9 +79,6 @@ def find_class(here: Path, one: str) -> str:
     return one
 
 
-# -- a class, by its text ------------------------------------------------------------
-
-
 def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bool:
     """Return whether a class of a file inherits from one of rems_net or of a part."""
     try:

@@ -1,7 +1,5 @@
 """Webcam: driver of a camera at this computer, by OpenCV."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +37,7 @@ class Webcam(Driven):
         "it, such as a video call; 3. its number, as in options = { number = 1 }."
     )
     _open: Device | None = None
-    _last: NDArray[np.uint8] | tuple[()] = ()
+    _last: "NDArray[np.uint8] | tuple[()]" = ()
 
     def prepare(self) -> None:
         """Check that OpenCV is here, and that the definition is a camera."""

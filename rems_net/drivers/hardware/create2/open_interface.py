@@ -194,8 +194,6 @@ class OpenInterface(SerialDriven):
                 )
         return frames[-1]
 
-    # -- when it stops by itself -------------------------------------------------
-
     def _look_after(self, values: Mapping[str, int]) -> None:
         """Note when the robot has stopped by itself, and when it obeys again."""
         left_mode = values["mode"] != MODES.index(self.options.mode)
@@ -206,8 +204,6 @@ class OpenInterface(SerialDriven):
         elif self._fallen and not left_mode:
             self._fallen = ""
             self.note("obeys its commands again")
-
-    # -- sensor values -----------------------------------------------------------
 
     def _readings(self, values: Mapping[str, int]) -> Readings:
         try:
@@ -223,8 +219,6 @@ class OpenInterface(SerialDriven):
         if "sensors" in has:
             found["sensors"] = readings.only(sensed, has["sensors"].paths)
         return found
-
-    # -- verbs -------------------------------------------------------------------
 
     def rewind(self) -> None:
         """Set the odometry to the initial pose; the robot itself does not move."""

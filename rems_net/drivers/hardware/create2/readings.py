@@ -138,7 +138,6 @@ def _share(signal: int) -> float:
     return min(signal / SIGNAL, 1.0)
 
 
-# -- why it has left its mode, and when it may go on ---------------------------------
 #
 # A robot in Safe mode protects itself: at a cliff, when it is lifted, when its charger
 # is plugged in. As long as the cause remains, we must not set its mode again: with a

@@ -74,8 +74,6 @@ class Bus:
         moves = self._names.get(servo)
         return f"servo {servo} ({moves})" if moves else f"servo {servo}"
 
-    # -- one servo, outside of the exchange's rhythm -----------------------------
-
     def ping(self, servo: int, tries: int = CALLS) -> int | None:
         """Return a servo's model number; None if it does not answer."""
         for _ in range(tries):
@@ -146,8 +144,6 @@ class Bus:
 
         self.again(once)
 
-    # -- all servos, in every exchange -------------------------------------------
-
     def sync_write(self, register: Register, values: Mapping[int, int]) -> None:
         """Set a register of many servos by one packet; the servos do not answer."""
         group = self._sdk.GroupSyncWrite(
@@ -192,8 +188,6 @@ class Bus:
             missing = [servo for servo in missing if servo not in found]
         # The first error: while we wait for that servo, the SDK reads others' answers.
         raise wrong[0]
-
-    # -- answers -----------------------------------------------------------------
 
     def _answer(
         self, servo: int, data: Iterable[int], result: int, error: int, size: int

@@ -167,8 +167,6 @@ class Servos(SerialDriven):
         """Restart servos that switched themselves off, as soon as possible."""
         self._reboot = True
 
-    # -- setting up --------------------------------------------------------------
-
     def _cured(self, servo: int) -> Said:
         """Return a servo's registers; restart it first if it reports an error."""
         said = self.bus.ask(servo)
@@ -239,8 +237,6 @@ class Servos(SerialDriven):
         steps = int(self.max_age / table.WATCHDOG_STEP + 1e-9)
         each = dict.fromkeys(self.names(), min(max(steps, 1), 127))
         self.bus.sync_write(table.WATCHDOG, each)
-
-    # -- watching them -----------------------------------------------------------
 
     def _look_after(self, goals: Mapping[int, int]) -> None:
         """Check torque, goal and watchdog of one servo: each in turn, alerts first.

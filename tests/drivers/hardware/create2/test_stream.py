@@ -1,7 +1,6 @@
 """Frames of a Create 2, found in whatever comes; a damaged one never passes."""
 
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from rems_net.drivers.hardware.create2 import packets, readings
 from rems_net.drivers.hardware.create2.stream import HEADER, Stream, frame
