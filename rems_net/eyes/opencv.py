@@ -14,6 +14,8 @@ from rems_net.libraries import load
 
 #: px of a side of the windows in which a corner is refined
 WINDOW = 5
+#: Share of wrong cells that are mended.
+MENDED = 0.0
 #: Pictures of a board that a lens needs: with fewer, fx and the distance cannot be
 #: parted.
 BOARDS = 5
@@ -36,6 +38,7 @@ def _detector() -> Any:
     about = aruco.DetectorParameters()
     about.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
     about.cornerRefinementWinSize = WINDOW
+    about.errorCorrectionRate = about.maxErroneousBitsInBorderRate = MENDED
     return aruco.ArucoDetector(_dictionary(), about)
 
 
@@ -79,6 +82,9 @@ class Webcam:
             raise OSError(f"no {name} opens")
         self._size = (width, height)
         if not isinstance(source, str):
+            self._device.set(
+                cv.CAP_PROP_BUFFERSIZE, 1
+            )  # old pictures count for nothing
             self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
             self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
         try:

@@ -138,7 +138,7 @@ class Localise(Process):
             sentence = self._known.place(finder)
             if sentence:
                 warn("placed", f"{self.key}: {sentence}", self.key, tick.n)
-                found, doubts = finder.look(grey)
+                found, doubts = finder.place()
         for kind, number, sentence in doubts:
             self._doubt(tick, kind, number, f"marker {number} {sentence}")
         for one in found:

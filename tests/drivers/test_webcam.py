@@ -102,7 +102,7 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     marker = {"id": 3, "size": SIZE, "height": 1e-9}
     lab.robot("bot", "woodbot", "kinematic", marker=marker, command="process/go")
     lens = {"fx": 1200.0, "place": {"z": 1.0}}
-    options = {"film": str(tmp_path / shots), "rate": 15}
+    options = {"film": str(tmp_path / shots), "rate": 15, "delay": "0.1 s"}
     lab.robot("cam", "camera", "webcam", parameters=lens, options=options)
     seen = {"robots": "bot"}
     lab.process("eyes", "localise", camera="robot/cam/sensors", options=seen)
@@ -113,6 +113,7 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     assert (np.diff(x[at > 0]) >= -1e-4).all()
     assert x[-1] == pytest.approx(ways[-1], abs=1e-3)
     assert len(np.unique(at)) > 5
+    assert min(np.array(poses.plain("bot/age"))[at > 0]) >= 0.0999  # by the delay
     end = int(at[-1])
     assert 10 < end < 50  # of 72
     moves = np.abs(np.diff(bot.plain("state/x"))) > 1e-4
