@@ -40,8 +40,8 @@ RENEWAL = 0.25
 #: s. A hand that holds its stick still reports it so often: a robot obeys a command for
 #: 0.5 s.
 PERIOD = 0.05
-#: s. In a pause ticks do not grow old. What is sent there counts as older by this, so
-#: it moves little when time goes on, if its sender is not there any more.
+#: s. In a pause ticks do not grow old. Commands of a pause count as older by this, so
+#: they move little when time goes on, if their sender is not there any more.
 PAUSED = 0.3
 #: A pause begins after so many times the time between two states, and so many s.
 PERIODS, SILENT = 3, 0.1

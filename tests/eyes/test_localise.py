@@ -166,6 +166,31 @@ def test_two_robots_with_one_marker_are_refused() -> None:
         engine.step()
 
 
+def test_a_robot_that_comes_later_is_found_and_one_without_a_marker_is_named() -> None:
+    here, both = pasted([(3, 0.0, 0.0)]), pasted([(3, 0.0, 0.0), (4, 0.1, 0.1)])
+    made = lab([here] * 3 + [both] * 30, robots="bot, cart, crat")
+    made.robot("cart", "woodbot", "kinematic", marker={**MARKER, "id": 4}, since=0.2)
+    made.robot("thief", "woodbot", "kinematic", marker=MARKER, since=0.4)
+    with watched() as events, made.engine() as engine:
+        engine.step(12)
+        assert engine["process/eyes"].cart.y == pytest.approx(0.1, abs=1e-3)
+        assert pose(engine).tick == 12
+    texts = warnings(events)
+    assert "robots names 'cart', which has no marker; there is bot." in texts[0]
+    assert "there is bot, cart. Did you mean 'cart'?" in texts[2]
+    assert "bot and thief both have marker 3" in texts[3]
+
+
+def test_a_robot_that_was_never_seen_is_named() -> None:
+    made = lab([pasted([(3, 0.0, 0.0)])] * 30, robots="bot, cart")
+    made.robot("cart", "woodbot", "kinematic", marker={**MARKER, "id": 4})
+    with watched() as events, made.engine() as engine:
+        engine.step(25)
+    (text,) = warnings(events)
+    assert "cart is out of sight for 1.1" in text
+    assert "upside down" in text
+
+
 def test_names_that_cannot_be_ports_are_refused() -> None:
     with pytest.raises(ExperimentError, match=r"robots names 'poses'.*R1104"):
         lab([pasted([])], robots="poses").check()
