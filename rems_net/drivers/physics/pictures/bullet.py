@@ -26,9 +26,9 @@ FLOOR = looks.FAR
 LINK = -1
 _SKY = np.round(255 * np.array(looks.SKY)).astype(np.uint8)
 _LIGHT = np.array(looks.LIGHT) / np.sqrt(np.square(looks.LIGHT).sum())
-#: pixels. Points of a pixel, from its middle, at which a marker is looked at: no two in
+#: pixels. Points of a pixel, from its corner, at which a marker is looked at: no two in
 #: one row or column, so level edges are as smooth as others.
-POINTS = (np.column_stack([np.arange(32), 13 * np.arange(32) % 32]) - 15.5) / 32
+POINTS = (np.column_stack([np.arange(32), 13 * np.arange(32) % 32]) + 0.5) / 32
 #: m. Something that is nearer than a marker by this covers it; its owner is below it.
 COVERS = 0.002
 #: a slope so small that a ray meets no paper
@@ -125,33 +125,35 @@ def _lay(
     """
     (at, turn), (_, own) = pose(), place(marker)
     own = turn @ own  # right, top and up of the paper, as columns
-    start = own.T @ (eye - at - turn @ marker.at)
-    if start[2] <= 0:
+    x, y, z = (own.T @ (eye - at - turn @ marker.at)).tolist()
+    if z <= 0:
         return  # seen from below
-    left, right, bottom, top = camera.edges
-    pitch = (right - left) / camera.width, (top - bottom) / camera.height
-    half = marker.paper / 2
-    corners = np.array([(x, y, 0) for x in (-half, half) for y in (-half, half)])
-    x, y, z = axes.T @ own @ (corners - start).T
-    rows, columns = slice(0, camera.height), slice(0, camera.width)
-    if (z > looks.NEAR).all():
-        columns = _around((x / z - left) / pitch[0], camera.width)
-        rows = _around((top - y / z) / pitch[1], camera.height)
-    down, aside = np.mgrid[rows, columns] + 0.5
-    slopes = left + pitch[0] * (aside[..., None] + POINTS[:, 0])
-    rises = top - pitch[1] * (down[..., None] + POINTS[:, 1])
-    ways = np.stack([slopes, rises, np.ones_like(slopes)])
-    way = np.tensordot(own.T @ axes, ways, 1)
-    far = -start[2] / np.minimum(way[2], -TINY)
     count = marker.cells + 2
-    column = np.floor((start[0] + far * way[0] + half) / marker.paper * count)
-    row = np.floor((half - start[1] - far * way[1]) / marker.paper * count)
+    cell, half = marker.paper / count, count / 2
+    left, right, bottom, top = camera.edges
+    across, down = (right - left) / camera.width, (bottom - top) / camera.height
+    # From a pixel to its ray, from there to the paper's plane, and to cells there.
+    slopes = np.array([(across, 0, left), (0, down, top), (0, 0, 1)])
+    meets = np.array([(-z, 0, x), (0, -z, y), (0, 0, 1)])
+    counts = np.array([(1 / cell, 0, half), (0, -1 / cell, half), (0, 0, 1)])
+    to_cells = counts @ meets @ own.T @ axes @ slopes
+    corners = np.array([(i, j, 1) for i in (0, count) for j in (0, count)])
+    u, v, w = np.linalg.inv(to_cells) @ corners.T
+    columns, rows = slice(0, camera.width), slice(0, camera.height)
+    if (-z * w > looks.NEAR).all():
+        columns, rows = _around(u / w, camera.width), _around(v / w, camera.height)
+    beside = np.arange(columns.start, columns.stop)[:, None] + POINTS[:, 0]
+    below = np.arange(rows.start, rows.stop)[:, None, None] + POINTS[:, 1]
+    column, row, ray = (a * beside + (b * below + c) for a, b, c in to_cells)
+    ray = np.minimum(ray, -TINY)
+    column, row = np.floor(column / ray), np.floor(row / ray)
     inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < count)
-    inside &= (depth[rows, columns] > far.mean(axis=-1) - COVERS)[..., None]
-    row, column = (np.clip(n, 0, count - 1).astype(int) for n in (row, column))
+    inside &= (depth[rows, columns] > -z / ray.mean(axis=-1) - COVERS)[..., None]
+    number = np.where(inside, count * row + column, 0).astype(int)
     light = looks.AMBIENT + looks.DIFFUSE * max(0.0, float(own[:, 2] @ _LIGHT))
-    ink = (light * INKS[cells(marker)[row, column]] * inside).mean(axis=-1)[..., None]
-    rest = (1.0 - inside.mean(axis=-1))[..., None]
+    inks = light * INKS[cells(marker)].ravel()
+    ink = (inks[number] * inside).mean(axis=-1)[..., None]
+    rest = 1.0 - inside.mean(axis=-1)[..., None]
     drawn[rows, columns] = np.round(rest * drawn[rows, columns] + ink)
 
 
