@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net import Experiment, In, Out, Process, Schema, Tick, read
+from rems_net import Experiment, read
 from rems_net.agents.robot import combine
 from rems_net.bodies.lens import Lens
 from rems_net.cli import main
@@ -18,8 +18,7 @@ from rems_net.eyes.opencv import check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
 from rems_net.robots.eyes.camera import Camera
-from rems_net.units import percent
-from tests.eyes.paper import SCALE, SIZE, pasted
+from tests.eyes.paper import SCALE, SIZE, Go, pasted
 
 cv2 = pytest.importorskip("cv2")
 
@@ -77,17 +76,6 @@ def test_a_film_gives_each_picture_once(tmp_path: Path) -> None:
         levels.append(int(picture.mean()))
     device.close()
     assert levels == pytest.approx([50, 120, 200], abs=3)
-
-
-class Go(Process):
-    """Drives ahead for as long as there is a pose."""
-
-    pose = In(source="process/eyes/bot")
-    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
-
-    def step(self, tick: Tick) -> None:
-        if self.pose.id >= 0:
-            self.value = {"wheel": {"left": 50.0, "right": 50.0}}
 
 
 def test_from_a_film_to_poses_and_a_robot_that_stops(
@@ -154,6 +142,8 @@ def test_a_lens_comes_from_pictures_of_a_board(
     assert left < 0.5
     assert (found.fx, found.fy) == pytest.approx((lens.fx, lens.fy), rel=0.01)
     assert (found.cx, found.cy) == pytest.approx((lens.cx, lens.cy), abs=4)
+    with pytest.raises(SchemaError, match=r"from one side, within 0 degrees.*R1107"):
+        lens_of_board(pictures[:1] * 6, 7, 5)
     monkeypatch.chdir(tmp_path)
     for number, picture in enumerate(pictures):
         colours = np.repeat(picture[:, :, None], 3, axis=2)
@@ -163,6 +153,8 @@ def test_a_lens_comes_from_pictures_of_a_board(
     assert line.startswith("parameters = { width = 640, height = 480, fx = ")
     assert f"fx = {found.fx:.2f}" in line
     assert note.startswith("# 10 pictures; corners deviate by 0.")
+    assert main(["lens", ".", "--board", "2x9"]) == 2
+    assert "inner corners, one less" in capsys.readouterr().err
     assert main(["lens", "nowhere"]) == 2
     assert "there are no pictures in nowhere" in capsys.readouterr().err
     with pytest.raises(SchemaError, match=r"0 of 2 pictures show a board.*R1107"):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net import Experiment, In, Out, Process, Schema, Tick
+from rems_net import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.bodies.marker import FAMILIES, Marker
 from rems_net.drivers.physics.mujoco import Mujoco
@@ -23,10 +23,9 @@ from rems_net.eyes.drawn import cells
 from rems_net.eyes.finder import Finder, Target
 from rems_net.eyes.view import View, turn_of
 from rems_net.robots.eyes.camera import Camera
-from rems_net.units import percent
 from tests.commands import ROOT
 from tests.drivers.physics.eyes import why_not
-from tests.eyes.paper import SIZE, Grey, Painted, above, pasted
+from tests.eyes.paper import SIZE, Go, Grey, Painted, above, pasted
 from tests.pages import blocks
 
 pytest.importorskip("apriltag")
@@ -116,17 +115,6 @@ def test_a_frozen_camera_is_reported_and_its_poses_are_no_longer_fresh() -> None
         assert pose(engine).tick == 1
     (frozen,) = warnings(events)
     assert "the newest picture is 0.6 s old: the camera is frozen" in frozen
-
-
-class Go(Process):
-    """Drives ahead for as long as there is a pose."""
-
-    pose = In(source="process/eyes/bot")
-    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
-
-    def step(self, tick: Tick) -> None:
-        if self.pose.id >= 0:
-            self.value = {"wheel": {"left": 50.0, "right": 50.0}}
 
 
 def test_a_robot_that_obeys_a_frozen_camera_stops() -> None:
