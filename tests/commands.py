@@ -3,6 +3,7 @@
 import io
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -175,3 +176,15 @@ def _forget(modules: set[str]) -> None:
             file = getattr(sys.modules[name], "__file__", None) or ""
             if Path(file).is_relative_to(here):
                 del sys.modules[name]
+
+
+def fetched(folder: Path, *packages: str) -> Path:
+    """Return the modules of npm's packages, fetched into a folder; or skip the test."""
+    npm = shutil.which("npm")
+    if npm is None:
+        pytest.skip(f"There is no npm here, which fetches {packages[0]}.")
+    words = ["install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder)]
+    done = subprocess.run([npm, *words, *packages], capture_output=True, check=False)
+    if done.returncode:
+        pytest.skip(f"npm does not fetch {packages[0]}: is its registry reached?")
+    return folder / "node_modules"

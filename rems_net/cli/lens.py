@@ -15,6 +15,8 @@ It prints the line of parameters for the experiment's file. Ten pictures of a
 chessboard from several sides are enough; an output of type pictures keeps those
 of a webcam.
 """
+#: inner corners of a board, each way, that OpenCV can find
+FEWEST = 3
 #: endings of files that are read
 PICTURES = {".png", ".jpg", ".jpeg", ".bmp"}
 
@@ -29,10 +31,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the lens, and how well the pictures fit it."""
     match = re.fullmatch(r"(\d{1,2})x(\d{1,2})", args.board)
-    if match is None:
+    if match is None or min(map(int, match.groups())) < FEWEST:
         raise ExperimentError(
             f"--board is {args.board!r}; write the board's inner corners, one less "
-            "than its squares each way, such as 9x6. (R1107)"
+            f"than its squares each way, {FEWEST} at least, such as 9x6. (R1107)"
         )
     files = args.folder.glob("*") if args.folder.is_dir() else ()
     named = [path for path in sorted(files) if path.suffix.lower() in PICTURES]

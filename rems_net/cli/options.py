@@ -204,11 +204,11 @@ def show_schema(schema: "Schema") -> str:
 def show_value(described: Mapping[str, Any]) -> str:
     """Return `0.125 m` for `{"value": 0.125, "unit": "m"}`; sum up a long array."""
     value, unit = described["value"], described["unit"]
-    text = f"{value:.6g}" if isinstance(value, float) else _summary(value)
+    text = f"{value:.6g}" if isinstance(value, float) else sum_up(value)
     return f"{text} {'%' if unit == 'percent' else unit}" if unit else text
 
 
-def _summary(value: Any) -> str:
+def sum_up(value: Any) -> str:
     """Return `39 x 52 x 3 numbers, 12 to 255` for a long array, else the value."""
     if not isinstance(value, list):
         return str(value)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from itertools import islice
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.parts import Part
 from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names
-from rems_net.cli.options import plain_table, show_path
+from rems_net.cli.options import MANY, plain_table, show_path, sum_up
 from rems_net.defdict import Field, Schema
 from rems_net.libraries import no_wheels
 
@@ -96,7 +97,8 @@ def _field(field: Field, default: object) -> dict[str, Any]:
         plain["range"] = list(field.range)
     if field.choices:
         plain["choices"] = list(field.choices)
-    return {**plain, "default": default, "doc": field.doc}
+    shown = sum_up(default) if prod(field.shape) > MANY else default
+    return {**plain, "default": shown, "doc": field.doc}
 
 
 def _verb(cls: type[Agent], name: str) -> tuple[str, str]:

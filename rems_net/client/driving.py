@@ -38,6 +38,11 @@ RENEWAL = 0.25
 #: s. A hand that holds its stick still reports it so often: a robot obeys a command for
 #: 0.5 s.
 PERIOD = 0.05
+#: s. In a pause ticks do not grow old. Commands of a pause count as older by this, so
+#: they move little when time goes on, if their sender is not there any more.
+PAUSED = 0.3
+#: A pause begins after so many times the time between two states, and so many s.
+PERIODS, SILENT = 3, 0.1
 #: s. At the end we wait this long for the robot to take its lease back.
 FAREWELL = 0.3
 #: characters of a holder's name; a board has room for this many
@@ -88,6 +93,8 @@ class Driving:
         #: tick and time of the newest state that came, and the state
         self.seen: Stamp = UNSTAMPED
         self._newest: Mail | None = None
+        #: s of this machine: when the newest state came, and how long after another
+        self._came = self._apart = 0.0
         self._resting = True
 
     def __enter__(self) -> Self:
@@ -191,6 +198,9 @@ class Driving:
             return
         # Standing still is right, even for a person who saw an old picture.
         n, t = (newest.n, newest.t) if seen is None or at_rest else seen
+        quiet = time.monotonic() - self._came
+        if quiet > PERIODS * self._apart + SILENT and t > PAUSED and not at_rest:
+            n, t = n - round(PAUSED * n / t), t - PAUSED
         if 0 <= n <= newest.n:
             self._resting = at_rest
             self._put(value.encode(), attachment=pack_stamp(n, t, self._badge))
@@ -242,4 +252,7 @@ class Driving:
         with suppress(RemsError):
             stamp = mail.stamp()
             if stamp.n >= 0:
+                now = time.monotonic()
+                self._apart = now - self._came if self._came else 0.0
+                self._came = now
                 self._newest, self.seen = mail, stamp

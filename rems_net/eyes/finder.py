@@ -3,13 +3,14 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
-from rems_net.eyes.drawn import found
+from rems_net.eyes.drawn import ARUCO, found
 from rems_net.eyes.plane import SPARE, Sighting, corners, sight
 from rems_net.eyes.view import View
 
@@ -20,14 +21,27 @@ FIRST, COUNTS = 0.1, 1.0
 MEMORY = 2000.0
 #: px. A marker whose edges deviate by more is not level, or seen by another lens.
 BENT = 1.0
-#: A marker whose size is further than this from what is written is none of ours, such
-#: as one in a picture on a screen.
-FOREIGN = 0.25
-#: A marker's mean size is reported from this deviation on: by families, since OpenCV's
-#: corners lie 2 % inside of a 4x4 marker.
-PRINTED, WITH_BIAS = 0.015, {"aruco4x4": (0.98, 0.035)}
 #: sightings that are averaged for the size
 SIZES = 20
+
+
+class Sizes(NamedTuple):
+    """Measured sizes of a family's markers, as shares of what is written.
+
+    usual: of a marker that is as it is written; OpenCV's corners lie 2 % inside
+    printed: deviation of the mean from which on it is reported
+    foreign: deviation of a marker that is none of ours, such as one on a screen
+    """
+
+    usual: float = 1.0
+    printed: float = 0.015
+    foreign: float = 0.25
+
+
+#: Families of which one square in 330 with random cells is a marker. Theirs count from
+#: their second picture in a row on, and have to have their size.
+WEAK = {ARUCO: Sizes(0.98, 0.035, 0.1)}
+STRONG = Sizes()
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +79,8 @@ class Finder:
     sizes: dict[int, list[float]] = field(default_factory=dict)
     #: corners (4, 2) of each marker in the last picture, by family and id
     seen: dict[tuple[str, int], Array] = field(default_factory=dict)
+    #: families and ids that count, of those in the last picture
+    sure: list[tuple[str, int]] = field(default_factory=list)
     #: families and ids that are searched twice: all at first, then those just seen
     expected: set[tuple[str, int]] = field(default_factory=set)
 
@@ -78,26 +94,38 @@ class Finder:
 
     def look(self, grey: NDArray[np.uint8]) -> tuple[list[Found], list[Doubt]]:
         """Return the targets in a picture (height, width), and what is doubtful."""
-        before, self.seen, doubts = self.expected, {}, []
-        sightings: list[tuple[Target, Sighting]] = []
-        families = {one.marker.family for one in self.targets.values()}
-        for family in sorted(families):
-            missing = {n for of, n in before if of == family}
+        last, self.seen, twice = self.seen, {}, set()
+        for family in sorted({one.marker.family for one in self.targets.values()}):
+            missing = {n for of, n in self.expected if of == family}
             four = found(family, grey, missing)
-            twice = {n for n, k in Counter(n for n, _ in four).items() if k > 1}
-            doubts += [("twice", number, _TWICE) for number in sorted(twice)]
+            often = Counter(number for number, _ in four)
             for number, pixels in four:
                 target = self.targets.get(number)
-                if target is None or target.marker.family != family or number in twice:
+                if target is None or target.marker.family != family:
                     continue
-                self.seen[family, number] = pixels
-                one = sight(self.view, target.marker, target.height, pixels)
-                doubt = self._doubt(target, one)
-                if doubt:
-                    doubts.append((*doubt[:1], number, doubt[1]))
-                elif one is not None:
-                    sightings.append((target, one))
+                if often[number] > 1:
+                    twice.add(number)
+                else:
+                    self.seen[family, number] = pixels
         self.expected = {*self.seen}
+        self.sure = [one for one in self.seen if one[0] not in WEAK or one in last]
+        poses, doubts = self.place()
+        return poses, [
+            *(("twice", number, _TWICE) for number in sorted(twice)),
+            *doubts,
+        ]
+
+    def place(self) -> tuple[list[Found], list[Doubt]]:
+        """Return the targets of the last picture by the view as it is now."""
+        sightings, doubts = [], []
+        for family, number in self.sure:
+            target = self.targets[number]
+            pixels = self.seen[family, number]
+            one = sight(self.view, target.marker, target.height, pixels)
+            if doubt := self._doubt(target, one):
+                doubts.append((doubt[0], number, doubt[1]))
+            elif one is not None:
+                sightings.append((target, one))
         self._learn([one for _, one in sightings])
         doubts += self._odd_sizes(sightings)
         square = self.squares / self.count
@@ -111,8 +139,9 @@ class Finder:
                 f"is seen at or above the horizon, and not {height:.0f} mm above the "
                 "floor: is the camera's place right?"
             )
-        share = one.scale / WITH_BIAS.get(marker.family, (1.0, 0.0))[0]
-        if abs(share - 1) > FOREIGN:
+        sizes = WEAK.get(marker.family, STRONG)
+        share = one.scale / sizes.usual
+        if abs(share - 1) > sizes.foreign:
             return "foreign", (
                 f"is {share:.0%} of its size of {1e3 * marker.size:.0f} mm if it lies "
                 f"{height:.0f} mm above the floor; it is passed over. Is it a picture "
@@ -136,14 +165,14 @@ class Finder:
     def _odd_sizes(self, sightings: list[tuple[Target, Sighting]]) -> Iterator[Doubt]:
         for target, one in sightings:
             marker = target.marker
-            usual, most = WITH_BIAS.get(marker.family, (1.0, PRINTED))
+            sizes = WEAK.get(marker.family, STRONG)
             known = self.sizes.setdefault(marker.id, [])
-            known.append(one.scale / usual)
+            known.append(one.scale / sizes.usual)
             if len(known) < SIZES:
                 continue
             share = sum(known) / len(known)
             known.clear()
-            if abs(share - 1) > most:
+            if abs(share - 1) > sizes.printed:
                 yield (
                     "size",
                     marker.id,

@@ -14,9 +14,13 @@ from rems_net.libraries import load
 
 #: px of a side of the windows in which a corner is refined
 WINDOW = 5
+#: Share of wrong cells that are mended.
+MENDED = 0.0
 #: Pictures of a board that a lens needs: with fewer, fx and the distance cannot be
 #: parted.
 BOARDS = 5
+#: degrees between the pictures' views of a board; with less, the same holds.
+SIDES = 20.0
 
 
 @cache
@@ -36,6 +40,7 @@ def _detector() -> Any:
     about = aruco.DetectorParameters()
     about.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
     about.cornerRefinementWinSize = WINDOW
+    about.errorCorrectionRate = about.maxErroneousBitsInBorderRate = MENDED
     return aruco.ArucoDetector(_dictionary(), about)
 
 
@@ -79,6 +84,9 @@ class Webcam:
             raise OSError(f"no {name} opens")
         self._size = (width, height)
         if not isinstance(source, str):
+            self._device.set(
+                cv.CAP_PROP_BUFFERSIZE, 1
+            )  # old pictures count for nothing
             self._device.set(cv.CAP_PROP_FRAME_WIDTH, width)
             self._device.set(cv.CAP_PROP_FRAME_HEIGHT, height)
         try:
@@ -133,7 +141,8 @@ def lens_of_board(
     """Return the lens that has seen a chessboard, and its deviation, px.
 
     pictures: grey, (height, width)      columns, rows: of the inner corners
-    Raises SchemaError if fewer than 5 pictures show the whole board.
+    Raises SchemaError if fewer than 5 pictures show the whole board, or all show it
+    from one side.
     """
     cv = _cv()
     board = np.zeros((columns * rows, 3), np.float32)
@@ -150,9 +159,16 @@ def lens_of_board(
             "from several sides. (R1107)"
         )
     height, width = pictures[0].shape
-    left, matrix, bends, _, _ = cv.calibrateCamera(
+    left, matrix, bends, turns, _ = cv.calibrateCamera(
         [board] * len(seen), seen, (width, height), None, None
     )
+    across = np.array([cv.Rodrigues(turn)[0][:, 2] for turn in turns])
+    apart = float(np.degrees(np.arccos(np.clip(across @ across.T, -1, 1).min())))
+    if apart < SIDES:
+        raise SchemaError(
+            f"all pictures show the board from one side, within {apart:.0f} degrees; "
+            f"tilt it by {SIDES:.0f} and more, to several sides. (R1107)"
+        )
     fx, fy, cx, cy = (float(matrix[at]) for at in ((0, 0), (1, 1), (0, 2), (1, 2)))
     five = tuple(float(one) for one in bends.ravel()[:5])
     return Lens(width, height, fx, fy, cx, cy, five), float(left)

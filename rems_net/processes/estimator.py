@@ -70,7 +70,6 @@ class Estimator(Process):
         slip=ratio(default=0.03, range=(0, 1), doc="error of a command, in each step"),
         drift=text(max_len=4096, doc='error besides, in 1 s: heading = "1 deg"'),
         noise=text(max_len=4096, doc="of sensors, if not as defined: gyro/z = 0.01"),
-        delay=time(range=(0, KEPT), doc="of pictures when they come, as of a webcam"),
         bridge=time(default=2.0, range=(0, 60), doc="its state is fresh without poses"),
     )
     command = In()
@@ -180,7 +179,7 @@ class Estimator(Process):
             if shot:  # or nothing has come yet
                 self._warn("covariance", _NO_COVARIANCE)
         elif new:
-            at = time_of(shot, run.dt) - self.options.delay
+            at = time_of(shot, run.dt)
             belief = self._past.put(self._poses.read(self.pose), at)
             if belief is None:
                 self._warn(

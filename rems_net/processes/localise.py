@@ -21,7 +21,7 @@ from rems_net.defdict import (
     text,
     time,
 )
-from rems_net.errors import SchemaError
+from rems_net.errors import SchemaError, nearest
 from rems_net.events import warn
 from rems_net.eyes.finder import Finder, Found, Target, mirrored
 from rems_net.eyes.known import Known
@@ -109,6 +109,7 @@ class Localise(Process):
         self._finder = None
         self._latest: dict[str, tuple[Array, Array, int, int]] = {}
         self._warned: set[tuple[str, int]] = set()
+        self._stated: set[str] | None = None
         self._picture, self._empty = -1, 0
 
     def step(self, tick: Tick) -> None:
@@ -128,9 +129,9 @@ class Localise(Process):
             self._publish(tick)
 
     def _look(self, tick: Tick, seen: Any, age: float) -> None:
-        if self._finder is None:
-            self._finder = self._begin(seen)
-        finder = self._finder
+        finder = self._finder = self._finder or self._begin(seen)
+        if self._stated != {*self.markers}:
+            self._meet(tick, finder)
         # Markers are black and white: green alone is as good as all three, and faster.
         grey = np.ascontiguousarray(seen["picture"][:, :, 1])
         found, doubts = finder.look(grey)
@@ -138,13 +139,13 @@ class Localise(Process):
             sentence = self._known.place(finder)
             if sentence:
                 warn("placed", f"{self.key}: {sentence}", self.key, tick.n)
-                found, doubts = finder.look(grey)
+                found, doubts = finder.place()
         for kind, number, sentence in doubts:
             self._doubt(tick, kind, number, f"marker {number} {sentence}")
         for one in found:
             if one.target.name:
                 self._take(tick, one)
-        self._miss(tick, grey, bool(finder.seen))
+        self._miss(tick, grey, finder)
         self._publish(tick)
 
     def _begin(self, seen: Any) -> Finder:
@@ -154,7 +155,27 @@ class Localise(Process):
         made = Lens(width, height, **four, bends=tuple(lens["bends"].tolist()))
         turn = turn_of(place["heading"], place["pitch"], place["roll"])
         eye = np.array([place["x"], place["y"], place["z"]])
+        self._first = self._picture
         return Finder(View.at(made, eye, turn), self._targets())
+
+    def _meet(self, tick: Tick, finder: Finder) -> None:
+        """Look for robots that came, and warn of those that cannot be found."""
+        first, self._stated = self._stated is None, {*self.markers}
+        try:
+            finder.targets = self._targets()
+        except SchemaError as error:
+            if first:
+                raise
+            # A newcomer ends nothing: those that were there are found on.
+            warn("twice", f"{self.key}: {error}", self.key, tick.n)
+        marked = sorted({one.name for one in finder.targets.values()} - {""})
+        for name in self._names():
+            if name not in marked:
+                sentence = (
+                    f"robots names {name!r}, which has no marker; there is "
+                    f"{', '.join(marked) or 'none'}.{nearest(name, marked)}"
+                )
+                warn("unknown", f"{self.key}: {sentence}", self.key, tick.n)
 
     def _targets(self) -> dict[int, Target]:
         stated: Any = self.markers
@@ -197,20 +218,21 @@ class Localise(Process):
         self._latest[name] = pose, one.covariance, number, self._picture
         self._doubt(tick, "lost", number, "")
 
-    def _miss(self, tick: Tick, grey: Any, any_seen: bool) -> None:
+    def _miss(self, tick: Tick, grey: Any, finder: Finder) -> None:
         """Warn of robots out of sight, and of a picture that is mirrored."""
-        dt = runtime(self).dt
-        for name, (_, _, number, at) in self._latest.items():
-            gone = (self._picture - at) * dt
-            if gone > LOST:
+        for number, target in finder.targets.items():
+            name, latest = target.name, self._latest.get(target.name)
+            gone = self._picture - (latest[3] if latest else self._first)
+            seconds = gone * runtime(self).dt
+            if name and seconds > LOST and (latest or finder.seen):
                 sentence = (
-                    f"{name} is out of sight for {gone:.1f} s: its marker {number} is "
-                    "covered, dirty or outside of the picture"
+                    f"{name} is out of sight for {seconds:.1f} s: its marker {number} "
+                    "is covered, dirty, upside down, or outside of the picture"
                 )
                 self._doubt(tick, "lost", number, sentence)
-        self._empty = 0 if any_seen else self._empty + 1
-        if self._empty == EMPTY and self._finder and not self._latest:
-            families = {one.marker.family for one in self._finder.targets.values()}
+        self._empty = 0 if finder.seen else self._empty + 1
+        if self._empty == EMPTY and not self._latest:
+            families = {one.marker.family for one in finder.targets.values()}
             told = _MIRROR if families and mirrored(grey, families) else _NOTHING
             self._doubt(tick, "nothing", -1, told)
 
@@ -248,5 +270,5 @@ _MIRROR = (
 )
 _NOTHING = (
     "no marker is in the pictures: are they printed with a white rim, sharp, and of "
-    "the family that is written?"
+    "the family that is written, and, in a simulation, in the camera's world?"
 )

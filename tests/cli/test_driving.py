@@ -80,6 +80,32 @@ def test_a_command_for_an_old_picture_is_not_obeyed(here: Fabric) -> None:
         hold(hand, proxy, before["x"] + 0.005)
 
 
+def test_what_was_sent_in_a_pause_ends_sooner(here: Fabric) -> None:
+    """Its program may be gone when time goes on: 0.2 s of 0.5 s are left."""
+    proxy = here.robot("alice")
+    with Driving(here, "robot/alice") as hand:
+        hold(hand, proxy, proxy.state.x + 0.005)
+        here.clock("pause")
+        end = time.monotonic() + 0.6
+        while time.monotonic() < end:
+            hand.keep()
+            hand.send(AHEAD)
+            time.sleep(PERIOD)
+        t, before = hand.seen.t, proxy.state.get()
+        here.clock("resume")
+        ends = [t]
+
+        def over() -> bool:
+            state = hand.state()
+            if state is not None and state["x"] != before["x"]:
+                before["x"] = state["x"]
+                ends.append(hand.seen.t)
+            return hand.seen.t > t + 0.7
+
+        until(over)
+        assert 0.0 < ends[-1] - t < 0.3
+
+
 def test_a_hand_that_is_gone_stops_the_robot(here: Fabric) -> None:
     """No command comes any more: the robot stands, and another person may drive."""
     proxy = here.robot("alice")

@@ -201,6 +201,12 @@ def test_a_driver_shows_its_options(capsys: pytest.CaptureFixture[str]) -> None:
     assert "command" not in re.findall(r"^(?:in|out) (\w+)", text, re.MULTILINE)
 
 
+def test_a_picture_is_summed_up(capsys: pytest.CaptureFixture[str]) -> None:
+    text = said(capsys, "show", "camera")
+    assert "480 x 640 x 3" in text
+    assert len(text.splitlines()) < 120
+
+
 def test_a_name_of_two_kinds_shows_both(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "show", "csv")
     assert "csv: input, built-in" in text

@@ -9,8 +9,9 @@ import os
 import shutil
 import subprocess
 import time
+from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,8 @@ class Browser:
         self._ids = itertools.count(1)
         #: texts of errors in the page, and violations of its policy
         self.errors: list[str] = []
+        #: what the page gave to bindings
+        self.called: deque[str] = deque()
         for domain in ("Page", "Runtime", "Log"):
             self.send(f"{domain}.enable")
 
@@ -57,8 +60,15 @@ class Browser:
         with connect(url, max_size=None, compression=None) as socket:
             yield Browser(socket, self.process)
 
+    def wait(self, seconds: float) -> None:
+        """Note what the page reports next, within so long."""
+        with suppress(TimeoutError):
+            self._note(json.loads(self._socket.recv(seconds)))
+
     def _note(self, found: dict[str, Any]) -> None:
         params = found.get("params", {})
+        if found.get("method") == "Runtime.bindingCalled":
+            self.called.append(params["payload"])
         if found.get("method") == "Runtime.exceptionThrown":
             self.errors.append(str(params["exceptionDetails"]))
         if found.get("method") == "Log.entryAdded":

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from rems_net.dashboard.door import FILES, TYPES, files
+from tests.commands import fetched
 from tests.dashboard.browser import browser
 from tests.dashboard.test_page import Lab
 
@@ -37,24 +37,9 @@ def test_it_is_small_and_its_own() -> None:
         assert not found, f"{name} names another site: {found}"
 
 
-def fetched(package: str, folder: Path) -> Path:
-    """A package of npm, in this folder; or the test is skipped."""
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip(f"There is no npm here, which fetches {package}.")
-    done = subprocess.run(
-        [npm, "install", "--silent", "--prefix", str(folder), package],
-        capture_output=True,
-        check=False,
-    )
-    if done.returncode:
-        pytest.skip(f"npm does not fetch {package}: is its registry reached from here?")
-    return folder / "node_modules" / package
-
-
 @pytest.mark.slow
 def test_its_types_are_checked(tmp_path: Path) -> None:
-    compiler = fetched("typescript", tmp_path).parent / ".bin" / "tsc"
+    compiler = fetched(tmp_path, "typescript") / ".bin" / "tsc"
     told = {"compilerOptions": CHECKED, "include": [f"{FILES.as_posix()}/*.js"]}
     (tmp_path / "tsconfig.json").write_text(json.dumps(told), encoding="utf-8")
     done = subprocess.run(
@@ -69,7 +54,7 @@ def test_its_types_are_checked(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_everybody_can_use_it(tmp_path: Path) -> None:
     """By axe-core: no serious finding, at every size, in light and dark."""
-    axe = fetched("axe-core", tmp_path / "npm") / "axe.min.js"
+    axe = fetched(tmp_path / "npm", "axe-core") / "axe-core" / "axe.min.js"
     lab = Lab(tmp_path)
     try:
         with browser(tmp_path) as tab:

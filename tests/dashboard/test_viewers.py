@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
 import socket
 import struct
 import subprocess
@@ -13,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from threading import Event, Thread
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -27,8 +26,10 @@ from rems_net.dashboard.viewers.grip import Echo
 from rems_net.dashboard.viewers.wire import ABLE, SUBPROTOCOLS, read_stick, read_topic
 from rems_net.errors import WireError
 from tests.agents.runs import until
+from tests.commands import fetched
 from tests.dashboard.test_drive_page import stands
 from tests.dashboard.test_page import Lab
+from tests.firmware.posix.valve import Valve
 
 BOT = "/robot/bot/command"
 TWIST = "geometry_msgs/Twist"
@@ -232,62 +233,15 @@ def test_what_is_no_command_is_a_sentence_and_the_robot_stands(
         assert one.hears('expected {"op": ...}')
 
 
-class Relay:
-    """A network between a viewer and the server; it can hold what a viewer sends."""
-
-    def __init__(self, url: str):
-        found = re.fullmatch(r"ws://(.+):(\d+)(/.+)", url)
-        assert found
-        self._there = found[1], int(found[2])
-        self._open = Event()
-        self._open.set()
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-        self._sockets: list[socket.socket] = [self._listener]
-        self._threads = [Thread(target=self._accept)]
-        self._threads[0].start()
-        self.url = url
-
-    def _accept(self) -> None:
-        with suppress(OSError):
-            near, _ = self._listener.accept()
-            far = socket.create_connection(self._there)
-            self._sockets += [near, far]
-            for a, b, gate in ((near, far, self._open), (far, near, None)):
-                thread = Thread(target=self._carry, args=(a, b, gate))
-                self._threads.append(thread)
-                thread.start()
-
-    def _carry(self, a: socket.socket, b: socket.socket, gate: Event | None) -> None:
-        with suppress(OSError):
-            while data := a.recv(65_536):
-                if gate is not None:
-                    gate.wait()
-                b.sendall(data)
-
-    def hold(self, held: bool) -> None:
-        (self._open.clear if held else self._open.set)()
-
-    def close(self) -> None:
-        self._open.set()
-        for one in self._sockets:
-            with suppress(OSError):
-                one.shutdown(socket.SHUT_RDWR)
-            one.close()
-        for thread in self._threads:
-            thread.join()
-
-
 @pytest.mark.parametrize("seconds", [0.7, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_what_a_network_has_held_up_is_not_obeyed(
     lab: Viewed, here: Fabric, seconds: float
 ) -> None:
-    relay = Relay(lab.link)
-    there = relay.url.split("/")[2]
-    near = socket.create_connection(("127.0.0.1", relay.port))
+    valve = Valve(lab.link.split("/")[2])
+    near = socket.create_connection(("127.0.0.1", int(valve.endpoint.split(":")[1])))
     try:
         with connect(
-            f"ws://{there}/viewer/{relay.url.rpartition('/')[2]}",
+            lab.link,
             sock=near,
             subprotocols=[Subprotocol(SUBPROTOCOLS[1])],
             compression=None,
@@ -295,18 +249,18 @@ def test_what_a_network_has_held_up_is_not_obeyed(
             one = Viewer(link)
             one.name()
             drive(one, here)
-            relay.hold(True)
+            valve.shut()
             end = time.monotonic() + seconds
             until(lambda: one.pushed() and time.monotonic() > end, seconds + 20)
             stands(here)
             before = here.robot("bot").state.get()
-            relay.hold(False)
+            valve.open()
             for state in here.robot("bot").watch("state", 25):
                 assert state == before
             drive(one, here)  # and what is new is obeyed again
         one._thread.join()
     finally:
-        relay.close()
+        valve.close()
 
 
 def test_who_gets_in(lab: Viewed) -> None:
@@ -457,18 +411,12 @@ setTimeout(() => {
 def test_the_client_library_of_lichtblick(
     lab: Viewed, here: Fabric, tmp_path: Path
 ) -> None:
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if node is None or npm is None:
-        pytest.skip("There is no npm here, which fetches @foxglove/ws-protocol.")
     (tmp_path / "package.json").write_text('{"type": "module"}')
     (tmp_path / "client.js").write_text(CLIENT)
-    words = [npm, "install", "--silent", "--no-audit", "--no-fund", *PACKAGES]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, check=False)
-    if done.returncode:
-        pytest.skip(f"npm does not fetch {PACKAGES[0]} here.")
+    fetched(tmp_path, *PACKAGES)
     x = here.robot("bot").state.get()
     said = subprocess.run(
-        [node, "client.js", lab.link, "/robot/euler/state"],
+        ["node", "client.js", lab.link, "/robot/euler/state"],
         cwd=tmp_path,
         capture_output=True,
         text=True,

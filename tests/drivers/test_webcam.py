@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net import Experiment, In, Out, Process, Schema, Tick, read
+from rems_net import Experiment, read
 from rems_net.agents.robot import combine
 from rems_net.bodies.lens import Lens
 from rems_net.cli import main
@@ -17,8 +17,7 @@ from rems_net.eyes.opencv import Webcam as Device, check_size, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
 from rems_net.robots.eyes.camera import Camera
-from rems_net.units import percent
-from tests.eyes.paper import SCALE, SIZE, pasted
+from tests.eyes.paper import SCALE, SIZE, Go, pasted
 
 cv2 = pytest.importorskip("cv2")
 
@@ -78,17 +77,6 @@ def test_a_film_gives_each_picture_once(tmp_path: Path) -> None:
     assert levels == pytest.approx([50, 120, 200], abs=3)
 
 
-class Go(Process):
-    """Drives ahead for as long as there is a pose."""
-
-    pose = In(source="process/eyes/bot")
-    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
-
-    def step(self, tick: Tick) -> None:
-        if self.pose.id >= 0:
-            self.value = {"wheel": {"left": 50.0, "right": 50.0}}
-
-
 def test_from_a_film_to_poses_and_a_robot_that_stops(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -101,7 +89,7 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     marker = {"id": 3, "size": SIZE, "height": 1e-9}
     lab.robot("bot", "woodbot", "kinematic", marker=marker, command="process/go")
     lens = {"fx": 1200.0, "place": {"z": 1.0}}
-    options = {"film": str(tmp_path / shots), "rate": 15}
+    options = {"film": str(tmp_path / shots), "rate": 15, "delay": "0.1 s"}
     lab.robot("cam", "camera", "webcam", parameters=lens, options=options)
     seen = {"robots": "bot"}
     lab.process("eyes", "localise", camera="robot/cam/sensors", options=seen)
@@ -112,6 +100,7 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     assert (np.diff(x[at > 0]) >= -1e-4).all()
     assert x[-1] == pytest.approx(ways[-1], abs=1e-3)
     assert len(np.unique(at)) > 5
+    assert min(np.array(poses.plain("bot/age"))[at > 0]) >= 0.0999  # by the delay
     end = int(at[-1])
     assert 10 < end < 50  # of 72
     moves = np.abs(np.diff(bot.plain("state/x"))) > 1e-4
@@ -152,6 +141,8 @@ def test_a_lens_comes_from_pictures_of_a_board(
     assert left < 0.5
     assert (found.fx, found.fy) == pytest.approx((lens.fx, lens.fy), rel=0.01)
     assert (found.cx, found.cy) == pytest.approx((lens.cx, lens.cy), abs=4)
+    with pytest.raises(SchemaError, match=r"from one side, within 0 degrees.*R1107"):
+        lens_of_board(pictures[:1] * 6, 7, 5)
     monkeypatch.chdir(tmp_path)
     for number, picture in enumerate(pictures):
         colours = np.repeat(picture[:, :, None], 3, axis=2)
@@ -161,6 +152,8 @@ def test_a_lens_comes_from_pictures_of_a_board(
     assert line.startswith("parameters = { width = 640, height = 480, fx = ")
     assert f"fx = {found.fx:.2f}" in line
     assert note.startswith("# 10 pictures; corners deviate by 0.")
+    assert main(["lens", ".", "--board", "2x9"]) == 2
+    assert "inner corners, one less" in capsys.readouterr().err
     assert main(["lens", "nowhere"]) == 2
     assert "there are no pictures in nowhere" in capsys.readouterr().err
     with pytest.raises(SchemaError, match=r"0 of 2 pictures show a board.*R1107"):

@@ -118,14 +118,19 @@ def scattered(random: np.random.Generator, n: int, reach: tuple[float, float]) -
 
 
 def measured(made: Plates, pictures: int, reach: tuple[float, float]) -> Run:
-    """Compare the found poses with the truth, in pictures of scattered plates."""
+    """Compare the found poses with the truth, in pictures of scattered plates.
+
+    The first picture does not count: 4x4 markers count from their second one on.
+    """
     random = np.random.default_rng(5)
     errors, nees, doubts = [], [], []
     n = len(made.markers)
-    for _ in range(pictures):
+    for picture in range(pictures + 1):
         made.put(scattered(random, n, reach))
         found, new = made.finder.look(made.grey())
         doubts += new
+        if not picture:
+            continue
         for one in found:
             error = one.pose - made.poses[one.target.marker.id]
             error[2] = wrap(error[2])

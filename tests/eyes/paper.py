@@ -7,12 +7,14 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from rems_net import In, Out, Process, Schema, Tick
 from rems_net.agents.robot import Driver
 from rems_net.bodies.body import Marker
 from rems_net.bodies.lens import Lens
 from rems_net.defdict import DefDict
 from rems_net.eyes.drawn import cells
 from rems_net.eyes.view import View, turn_of
+from rems_net.units import percent
 
 #: pixels along a cell; and pixels for a metre of the floor: cells of 5 mm
 CELL, SCALE = 6, 1200.0
@@ -56,3 +58,14 @@ class Painted(Driver):
         n = min(self.tick.n, len(self.pictures))
         grey = self.pictures[n - 1]
         self.sensors = {"picture": np.repeat(grey[:, :, None], 3, axis=2), "tick": n}
+
+
+class Go(Process):
+    """Drives ahead for as long as there is a pose."""
+
+    pose = In(source="process/eyes/bot")
+    value = Out(Schema("go", {"wheel": {"left": percent(), "right": percent()}}))
+
+    def step(self, tick: Tick) -> None:
+        if self.pose.id >= 0:
+            self.value = {"wheel": {"left": 50.0, "right": 50.0}}

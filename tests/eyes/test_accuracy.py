@@ -7,7 +7,7 @@ import pytest
 
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
-from tests.eyes.arena import OVER, SIDE, measured, plates
+from tests.eyes.arena import ENGINES, OVER, SIDE, measured, plates
 
 #: m. Where markers are wholly in the picture: half its height, and half its width.
 REACH = (0.28, 0.38)
@@ -28,34 +28,12 @@ def test_from_above_poses_are_exact_and_honest() -> None:
     assert 0.01 < made.finder.deviation < 0.05  # measured in the pictures, px
 
 
-@pytest.mark.slow
-def test_from_above_a_thousand_poses() -> None:
-    with plates(Mujoco, OVER) as made:
-        run = measured(made, 170, REACH)
-    distance, angle = run.off
-    print(distance, angle, run.nees.mean() / 3, made.finder.deviation)
-    assert run.missed == 0
-    assert distance < 0.1
-    assert angle < 0.15
-    assert 0.8 < run.nees.mean() / 3 < 1.25
-
-
 def test_from_the_side() -> None:
     with plates(Mujoco, SIDE) as made:
         run = measured(made, 6, ASIDE)
     assert run.missed == 0
     assert run.off[0] < 0.3
     assert run.off[1] < 0.3
-
-
-@pytest.mark.slow
-def test_from_the_side_a_thousand_poses() -> None:
-    with plates(Mujoco, SIDE) as made:
-        run = measured(made, 170, ASIDE)
-    print(run.off, run.missed, run.nees.mean() / 3)
-    assert run.missed <= 0.02 * 170 * 6
-    assert run.off[0] < 1.0
-    assert 0.8 < run.nees.mean() / 3 < 1.25
 
 
 def test_with_arucos() -> None:
@@ -69,14 +47,23 @@ def test_with_arucos() -> None:
 
 
 @pytest.mark.slow
-def test_with_arucos_a_thousand_poses() -> None:
-    pytest.importorskip("cv2")
-    with plates(Mujoco, OVER, "aruco4x4") as made:
-        run = measured(made, 170, REACH)
-    print(run.off, run.nees.mean() / 3)
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("family", ["tag36h11", "aruco4x4"])
+@pytest.mark.parametrize("camera", ["above", "aside"])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_thousand_poses(engine: str, camera: str, family: str) -> None:
+    """With 4x4 markers from above only: they are not as good from aside."""
+    where, reach = {"above": (OVER, REACH), "aside": (SIDE, ASIDE)}[camera]
+    most = (0.1, 0.15)
+    if family == "aruco4x4":
+        pytest.importorskip("cv2")
+        most = (0.8, 1.5)
+    with plates(ENGINES[engine], where, family) as made:
+        run = measured(made, 170, reach)
+    print(engine, camera, family, run.off, run.missed, run.nees.mean() / 3)
     assert run.missed == 0
-    assert run.off[0] < 0.8
-    assert run.off[1] < 1.5
+    assert run.off[0] < most[0]
+    assert run.off[1] < most[1]
     assert 0.8 < run.nees.mean() / 3 < 1.25
 
 
@@ -85,7 +72,7 @@ def test_by_bullet_pixels_have_their_middle_at_the_same_place() -> None:
     with plates(Pybullet, OVER) as made:
         run = measured(made, 2, REACH)
     assert run.missed == 0
-    assert run.off[0] < 0.25
+    assert run.off[0] < 0.1
     assert np.abs(run.errors[:, :2].mean(axis=0)).max() < 1e-4
 
 

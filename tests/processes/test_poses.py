@@ -184,17 +184,6 @@ def test_an_old_pose_that_counts_as_new_is_wrong() -> None:
     assert np.mean(found) > 20
 
 
-def test_a_delay_that_the_camera_does_not_know_is_an_option() -> None:
-    """0.15 s are three ticks: the estimate is the same to the bit."""
-    both = []
-    for eye, delay in (({}, 0.0), ({"stamped": 3}, 0.15)):
-        with lab(eye=eye, delay=delay).engine() as engine:
-            engine.step(40)
-            it = engine["process/it"]
-            both.append([*it.state.to_array(), *it.covariance.to_array()])
-    assert both[0] == both[1]
-
-
 def test_a_picture_within_a_step_is_put_in_there() -> None:
     """It steps at every second tick, and the pictures are of odd ticks, too."""
     slip = SLIP / sqrt(2)  # of a step; the ticks in it slip on their own

@@ -26,6 +26,7 @@ from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Told, until
 from tests.agents.test_determinism import lab as carts, pid_of
+from tests.commands import fetched
 from tests.recordings.test_mcap import others, write
 
 #: ticks of a second
@@ -236,21 +237,12 @@ console.log(JSON.stringify(counts));
 @pytest.fixture(scope="module")
 def javascript(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Path], Any]:
     """The number of messages by topic, as the reader of Foxglove finds them."""
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if node is None or npm is None:
-        pytest.skip("there is no node with npm here, which reads files with @mcap/core")
-    folder = tmp_path_factory.mktemp("node")
+    folder = fetched(tmp_path_factory.mktemp("node"), PACKAGE).parent
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "count.js").write_text(COUNT)
-    words = [npm, "install", "--silent", "--no-audit", "--no-fund", PACKAGE]
-    done = subprocess.run(
-        words, cwd=folder, capture_output=True, text=True, check=False
-    )
-    if done.returncode:
-        pytest.skip(f"npm cannot install {PACKAGE}: {done.stderr.strip()[-100:]}")
 
     def count(path: Path) -> Any:
-        words = [node, "count.js", str(path.resolve())]
+        words = ["node", "count.js", str(path.resolve())]
         said = subprocess.run(
             words, cwd=folder, capture_output=True, text=True, check=True
         )

@@ -121,7 +121,7 @@ def show(out: Console, checked: Checked) -> None:
         for port in dict.fromkeys([*ports, *schemas]):
             schema, one = schemas.get(port), ports.get(port)
             takes = isinstance(one, In)
-            if schema is None and not takes:
+            if not schema and (schema is not None or not takes):
                 continue
             if isinstance(one, In) and one.optional and not plan.reads(port):
                 continue

@@ -10,7 +10,7 @@ from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.engine import Picture
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
 from rems_net.drivers.physics.multibody import add_body
-from rems_net.drivers.physics.pictures.bullet import paint, picture
+from rems_net.drivers.physics.pictures.bullet import Sign, paint, picture
 from rems_net.drivers.physics.pictures.looks import WHEEL, is_wheel
 from rems_net.scenes.scene import Colour
 
@@ -67,8 +67,8 @@ class Instance:
         self._from_centre = self._bullet.invertTransform(about[3], about[4])
         self._to_centre = about[3], about[4]
         self._kept: list[Any] = []
-        #: puts all markers of the world where their owners are
-        self.show_signs: Callable[[], None] = lambda: None
+        #: all markers of the world, if it has a camera
+        self.signs: Sequence[Sign] = ()
         if x and not body.fixed:
             self.move((x, 0.0, 0.0), 0.0)
 
@@ -150,8 +150,7 @@ class Instance:
             self._call("resetJointState", self._robot, *joint)
 
     def picture(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> Picture:
-        self.show_signs()
-        return picture(self._bullet, self._call, camera, eye, ahead, up)
+        return picture(self._bullet, self._call, camera, eye, ahead, up, self.signs)
 
     def paint(self, body: Body, colour: Colour) -> None:
         """Give the body a colour, and its wheels the colour of wheels."""

@@ -1,7 +1,7 @@
 """Pybullet: driver that runs a robot in the Bullet physics engine."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from math import sqrt
@@ -9,24 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.bodies.body import GRAVITY, Array, Body, Marker, Part, Sphere, lump
+from rems_net.bodies.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.bullet import Instance, cast
 from rems_net.drivers.physics.engine import APART, AWAY, ROLLING
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
 from rems_net.drivers.physics.multibody import add_shape, add_shapes
 from rems_net.drivers.physics.physics import Physics
-from rems_net.drivers.physics.pictures.bullet import floor, lay_tiles, paint, sign
+from rems_net.drivers.physics.pictures.bullet import Sign, floor, lay_tiles, paint
 from rems_net.drivers.physics.pictures.looks import SHADE, WALL, cameras, hull
-from rems_net.drivers.physics.pictures.signs import place
-from rems_net.kinematics.rotation import rotation_vector
 from rems_net.libraries import load
 from rems_net.maths import cos, sin
 from rems_net.scenes.ghost import Ghost
 from rems_net.scenes.scene import Scene, Thing
-
-_Pose = Callable[[], tuple[Array, Array]]
-_Sign = tuple[_Pose, Marker, int]
 
 #: boxes that Bullet accepts for one body, at most
 BOXES = 16
@@ -105,33 +100,21 @@ class _Engine:
                 self.instances[number].paint(body, hull(number))
             for made, thing in zip(self._things, scene.things, strict=True):
                 paint(self.call, made, thing.colour)
-            signs = [*self._signs(bodies, scene)]
             for instance in self.instances:
-                instance.show_signs = lambda: self._show(signs)
+                instance.signs = [*self._signs(bodies, scene)]
         self._kept: int | None = None
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
         """Call Bullet's function of that name, in this world only."""
         return getattr(self.bullet, name)(*args, **more, physicsClientId=self._client)
 
-    def _signs(self, bodies: Sequence[Body], scene: Scene) -> Iterator[_Sign]:
-        """Yield each marker: its owner's pose, itself, and Bullet's number of it."""
-        owned: list[tuple[_Pose, Marker]] = [
-            (self.instances[number].pose, marker)
-            for number, body in enumerate(bodies)
-            for marker in body.markers
-        ]
+    def _signs(self, bodies: Sequence[Body], scene: Scene) -> Iterator[Sign]:
+        """Yield each marker, and the pose of its owner."""
+        for number, body in enumerate(bodies):
+            for marker in body.markers:
+                yield self.instances[number].pose, marker
         for number, marker in scene.markers:
-            owner = partial(self.thing, number) if number >= 0 else _floor
-            owned.append((owner, marker))
-        for pose, marker in owned:
-            yield pose, marker, sign(self.bullet, self.call, marker)
-
-    def _show(self, signs: Sequence[_Sign]) -> None:
-        for pose, marker, number in signs:
-            (at, turn), (middle, own) = pose(), place(marker)
-            where = (at + turn @ middle).tolist(), _quaternion(turn @ own)
-            self.call("resetBasePositionAndOrientation", number, *where)
+            yield partial(self.thing, number) if number >= 0 else _floor, marker
 
     def command(self, targets: Sequence[Sequence[float]]) -> None:
         for instance, told in zip(self.instances, targets, strict=True):
@@ -293,11 +276,3 @@ def _mass(body: Body) -> float:
 def _floor() -> tuple[Array, Array]:
     """Return the floor's position and rotation."""
     return np.zeros(3), np.eye(3)
-
-
-def _quaternion(turn: Array) -> list[float]:
-    """Return a rotation (3, 3) as x, y, z and w."""
-    vector = rotation_vector(turn)
-    angle = float(np.sqrt(vector @ vector))
-    axis = vector / (angle or 1.0)
-    return [*(sin(angle / 2) * axis).tolist(), float(cos(angle / 2))]

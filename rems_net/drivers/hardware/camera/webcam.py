@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rems_net.agents.ports import Settings
-from rems_net.defdict import DefDict, frequency, integer, text
+from rems_net.agents.runtime import runtime
+from rems_net.defdict import DefDict, frequency, integer, text, time
 from rems_net.drivers.hardware.device_thread import Readings
 from rems_net.drivers.hardware.driven import Driven
 from rems_net.drivers.needs import missing
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
 class Webcam(Driven):
     """Driver of a camera at this computer.
 
-    A picture has the tick at which it came: a fifth of a second after what it shows,
-    for some webcams. Pictures that are the same bytes as the last count as none, so a
-    frozen webcam's picture grows old. So does the last picture of a film, which can
+    A picture has the tick at which it came, less the option `delay`: some webcams need
+    a fifth of a second. Pictures that are the same bytes as the last count as none, so
+    a frozen webcam's picture grows old. So does the last picture of a film, which can
     take the place of a webcam: one picture in each exchange.
     """
 
@@ -30,6 +31,7 @@ class Webcam(Driven):
         number=integer(range=(0, 100), doc="of the webcams of this computer"),
         film=text(doc="file in its place, or pictures such as shot-%03d.png"),
         rate=frequency("Hz", range=(0, 10_000), doc="pictures; 0: 30 a second"),
+        delay=time(range=(0, 1), doc="from what a picture shows to when it comes"),
     )
     rate = 30.0
     checks = (
@@ -68,7 +70,9 @@ class Webcam(Driven):
             return None
         self._last = picture
         still: dict[str, Any] = self.still()  # type: ignore[attr-defined]
-        return {"sensors": {**still, "picture": picture, "tick": self.tick.n}}
+        n, late = self.tick.n, self.options["delay"] * (self.tick.pace or 1.0)
+        shot = max(0, n - round(late / runtime(self).dt)) if n else 0
+        return {"sensors": {**still, "picture": picture, "tick": shot}}
 
     def disconnect(self) -> None:
         """Give the webcam back."""

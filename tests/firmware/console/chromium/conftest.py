@@ -1,33 +1,26 @@
 """One browser for a session, and for each test a page and a robot at its port."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 
-from tests.firmware.console.chromium.browser import Browser, Page
+from tests.dashboard.browser import Browser, browser
+from tests.firmware.console.chromium.browser import FAKE, Page
 from tests.firmware.console.robot import Robot
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    made = Browser(tmp_path_factory.mktemp("browser"))
-    try:
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browser(tmp_path_factory.mktemp("browser")) as made:
+        made.send("Runtime.addBinding", name="toTest")
+        source = FAKE.read_text(encoding="utf-8")
+        made.send("Page.addScriptToEvaluateOnNewDocument", source=source)
+        made.size(900, 1200)
         yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture
-def show(browser: Browser, robot: Robot) -> Iterator[Callable[[str], Page]]:
+def show(tab: Browser, robot: Robot) -> Callable[[str], Page]:
     """Open an address, with the robot at the page's port."""
-    pages: list[Page] = []
-
-    def opened(address: str) -> Page:
-        pages.append(Page(browser, robot, address))
-        return pages[-1]
-
-    try:
-        yield opened
-    finally:
-        for page in pages:
-            page.close()
+    return partial(Page, tab, robot)

@@ -47,12 +47,12 @@ def test_it_sets_the_network_through_noise(
         try:
             page = show(f"http://127.0.0.1:{server.server_port}/page.html")
             page.until("globalThis.provision !== undefined")
-            page.look(START)
+            page.tab.run(START)
             page.until("cable.opened")
             wrong = received(b"rst:0x1 (POWERON_RESET)\r\n" * 20, 74_880, 115_200)
             noise = [one for one in wrong if isinstance(one, int)]
             assert len(noise) > 100
-            page.look(f"cable.receive({[*noise, 10]})")
+            page.tab.run(f"cable.receive({[*noise, 10]})")
             done = page.until("globalThis.done")
         finally:
             server.shutdown()

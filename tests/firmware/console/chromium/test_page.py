@@ -16,20 +16,20 @@ def test_a_robot_is_set_up(show: Show, tmp_path: Path) -> None:
     page = show(PAGE.as_uri())
     page.click("connect")
     page.until(READY)
-    assert "woodbot: rems_net woodbot 0.1.0 on posix" in page.look(LOG)
+    assert "woodbot: rems_net woodbot 0.1.0 on posix" in page.tab.run(LOG)
     for field, text in (("name", "woodbot-7"), ("password", "wrong horse")):
-        page.look(f"document.getElementById('{field}').value = '{text}'")
-    page.look("document.getElementById('ssid').value = 'lab-net'")
-    page.look("document.querySelector('form button').click()")
+        page.tab.run(f"document.getElementById('{field}').value = '{text}'")
+    page.tab.run("document.getElementById('ssid').value = 'lab-net'")
+    page.tab.run("document.querySelector('form button').click()")
     page.until(f"{LOG}.includes('the password, or the user, is wrong')")
-    assert page.look("document.getElementById('password').value") == ""
-    page.look("document.getElementById('password').value = 'correct horse'")
-    page.look("document.querySelector('form button').click()")
+    assert page.tab.run("document.getElementById('password').value") == ""
+    page.tab.run("document.getElementById('password').value = 'correct horse'")
+    page.tab.run("document.querySelector('form button').click()")
     page.until(f"{LOG}.includes('robot/woodbot-7 on rems')")
-    assert "joined lab-net" in page.look(LOG)
-    assert "horse" not in page.look(LOG)
+    assert "joined lab-net" in page.tab.run(LOG)
+    assert "horse" not in page.tab.run(LOG)
     assert b"ssid=lab-net\n" in page.robot.settings.read_bytes()
-    page.picture(tmp_path / "page.png")
+    page.tab.picture(tmp_path / "page.png")
     assert (tmp_path / "page.png").stat().st_size > 10_000
 
 
@@ -41,7 +41,7 @@ def test_a_robot_that_speaks_faster(show: Show) -> None:
     page.click("connect")
     page.until(f"{LOG}.includes('woodbot: rems_net woodbot')")
     assert "FramingError" in page.errors
-    assert "pulled" not in page.look(LOG)
+    assert "pulled" not in page.tab.run(LOG)
     page.until(READY)
 
 
@@ -51,9 +51,11 @@ def test_noise_while_it_answers(show: Show) -> None:
     page.click("connect")
     page.until(READY)
     for error in ("BreakError", "FramingError", "ParityError", "BufferOverrunError"):
-        page.look("cable.receive([0xc0, 0x49, 0x4d, 0x50, 0x52, 0x4f, 0x56, 1, 0xff])")
-        page.look(f"cable.fail('{error}')")
-        page.look(f"{LOG} = ''")
+        page.tab.run(
+            "cable.receive([0xc0, 0x49, 0x4d, 0x50, 0x52, 0x4f, 0x56, 1, 0xff])"
+        )
+        page.tab.run(f"cable.fail('{error}')")
+        page.tab.run(f"{LOG} = ''")
         page.click("status")
         page.until(f"{LOG}.includes('robot/woodbot on rems')")
 
@@ -63,7 +65,7 @@ def test_noise_without_an_error(show: Show) -> None:
     page = show(PAGE.as_uri())
     page.click("connect")
     page.until(READY)
-    page.look("cable.receive([0xc0]); window.noise = performance.now()")
+    page.tab.run("cable.receive([0xc0]); window.noise = performance.now()")
     page.until("performance.now() > window.noise + 600")
     page.click("status")
     page.until(f"{LOG}.includes('robot/woodbot on rems')")
@@ -73,7 +75,7 @@ def test_a_cable_that_is_pulled(show: Show) -> None:
     page = show(PAGE.as_uri())
     page.click("connect")
     page.until(READY)
-    page.look("cable.pull()")
+    page.tab.run("cable.pull()")
     page.click("status")
     page.until(f"{LOG}.includes('the cable was pulled out')")
-    assert not page.look(READY)
+    assert not page.tab.run(READY)
