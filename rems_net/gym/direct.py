@@ -1,12 +1,17 @@
 """Direct: the stage of an environment in this process, on an engine."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from rems_net.agents.diagnosis import failure
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.solo import Solo
+from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict
+from rems_net.errors import AgentError
 from rems_net.gym.offered import (
     Starts,
     begins_by_verbs,
@@ -15,6 +20,9 @@ from rems_net.gym.offered import (
     starts_in,
     with_starts,
 )
+
+if TYPE_CHECKING:
+    from rems_net.drivers.physics.physics import Physics
 
 
 class Stage(Protocol):
@@ -88,10 +96,26 @@ class Direct:
 
     def step(self, actions: Sequence[DefDict]) -> None:
         """Put the actions at their Ins, and let them act for one step."""
-        engine = self._engine
+        self.put(actions)
+        self._engine.step(self.ticks)
+
+    def put(self, actions: Sequence[DefDict]) -> None:
+        """Put the actions at their Ins."""
         for inlet, action in zip(self._ins, actions, strict=True):
-            engine.put_at(inlet, action)
-        engine.step(self.ticks)
+            self._engine.put_at(inlet, action)
+
+    def ticking(self) -> Iterator[Callable[[], None]]:
+        """Do one tick of a robot that is alone in a physics engine.
+
+        Yields each calculation of that, to be called before the next one is taken.
+        """
+        solo, robot = self._engine, cast("Physics", self._ins[0].agent)
+        tick = Tick(solo.n + 1, time_of(solo.n + 1, solo.dt), solo.dt)
+        runtime(robot).begin(tick)
+        going, blamed = robot.stepping(tick), partial(_blamed, robot.key, tick.n)
+        while (due := blamed(partial(next, going, None))) is not None:
+            yield partial(blamed, due)
+        solo.n = tick.n
 
     def values(self) -> list[DefDict]:
         """Return the values of the observed ports: copies, in their order."""
@@ -101,3 +125,11 @@ class Direct:
         """Close the engine."""
         self._opened = False
         self._engine.close()
+
+
+def _blamed(key: str, n: int, call: Callable[[], Any]) -> Any:
+    """Return a call's result. Raises AgentError of this agent, at tick n."""
+    try:
+        return call()
+    except Exception as error:
+        raise AgentError(*failure(key, error, n)) from error

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
-from rems_net.agents.robot import Robot
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.defdict.expression import Value, compiled
@@ -17,7 +16,7 @@ from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Drawn, Moment, Names, Task
-from rems_net.gym.vector import AsColumns, AsStages, VectorRobots
+from rems_net.gym.vector import AsColumns, AsEngines, AsStages, VectorRobots
 
 if TYPE_CHECKING:
     from rems_net.gym.parallel import ParallelRobots
@@ -89,9 +88,10 @@ def _many(
     acts, looks = [*given.act.schemas], [*given.observe.schemas]
     robot, *others = lab.check().values()
     alone = not others and acts == [f"{robot.key}/command"]
-    if alone and isinstance(robot, Robot) and AsColumns.fit(robot, looks):
+    if alone and AsColumns.fit(robot, ticks * lab.dt):
         return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
-    several = AsStages(lambda: Direct(lab, acts, looks, ticks), given, count)
+    kind = AsEngines if alone and AsEngines.fit(robot) else AsStages
+    several = kind(lambda: Direct(lab, acts, looks, ticks), given, count)
     return VectorRobots(given, count, several)
 
 

@@ -21,6 +21,7 @@ from rems_net import Definition, Experiment, In, Out, Schema  # noqa: E402
 from rems_net.cli import main  # noqa: E402
 from rems_net.drivers.kinematic.kinematic import Kinematic  # noqa: E402
 from rems_net.errors import ExperimentError, FieldValueError, SchemaError  # noqa: E402
+from rems_net.gym.vector import AsColumns, AsEngines, AsStages  # noqa: E402
 from rems_net.units import array, boolean, choice, integer, length, text  # noqa: E402
 from tests.gym.labs import COMMAND, ROBOTS, SENSORS, STATE, alone, made  # noqa: E402
 
@@ -385,14 +386,22 @@ def test_a_start_in_another_robot_is_one_sentence(driver: str) -> None:
 
 
 def test_many_at_once_are_as_many_alone() -> None:
-    """As columns, and by threads: to the last bit, over the ends of episodes."""
+    """To the last bit, over the ends of episodes; a command that is too old ends."""
     pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     start = {"robot/sim.heading": "-180..180 deg"}
-    more: dict[str, Any] = {"start": start, "limit": "60 ms"}
-    more = {**more, "reward": "x - before.x", "normalise": True}
-    for driver, noise in (("kinematic", False), ("kinematic", True), ("mujoco", True)):
-        lab = alone(driver=driver, options={"noise": noise})
+    usual = {"start": start, "reward": "x - before.x", "normalise": True}
+    late = {"parameters": {"actuation/lag": "90 ms"}}
+    for driver, ticks, robot, kind in (
+        ("kinematic", 1, {}, AsColumns),
+        ("kinematic", 60, {}, AsStages),
+        ("kinematic", 1, late, AsStages),
+        ("mujoco", 3, {"every": 3}, AsStages),
+        ("mujoco", 60, {**late, "options": {"noise": True}}, AsEngines),
+    ):
+        lab, more = alone(driver=driver, **robot), {**usual, "ticks": ticks}
+        more["limit"] = 0.06 * ticks
         many, ones = made(lab, vector=3, **more), [made(lab, **more) for _ in range(3)]
+        assert type(many._many) is kind
         found, _ = many.reset(seed=7)
         rows = [one.reset(seed=7 + n)[0] for n, one in enumerate(ones)]
         assert found.tolist() == np.array(rows).tolist()
