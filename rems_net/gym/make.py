@@ -115,6 +115,7 @@ def _given(
         Layout(ports.act, normalise=normalise, acts=True),
         Layout(ports.observe, normalise=normalise, acts=False),
         task,
+        ports.starts,
         steps=steps,
         clip=clip,
         seed=lab.seed,
@@ -205,7 +206,7 @@ def woodbot(**settings: Any) -> Any:
 
 
 def _keys(given: Keys, what: str) -> list[str]:
-    keys = [given] if isinstance(given, str) else [*given]
+    keys: list[Any] = [*given] if isinstance(given, list | tuple) else [given]
     if all(isinstance(key, str) for key in keys) and len({*keys}) == len(keys):
         return keys
     raise ExperimentError(
@@ -237,7 +238,10 @@ class Written(Task):
 
 def _compiled(text: str, names: Names, what: str) -> Value:
     try:
-        return compiled(text, names).value
+        made = compiled(text, names)
+        if what == "ends" and not made.truth:
+            raise ExperimentError("it is a number, neither true nor false (R0925)")
+        return made.value
     except RemsError as error:
         raise ExperimentError(
             f"{what} is {text!r:.80}: {because(error)} Expected such as "

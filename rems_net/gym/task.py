@@ -33,8 +33,13 @@ class Drawn(Task):
     """A task whose start is drawn from ranges such as {"robot/sim.x": "-10..10 cm"}."""
 
     def __init__(self, ranges: Mapping[str, Any], schemas: Mapping[str, Schema]):
+        if not isinstance(ranges, Mapping):
+            raise ExperimentError(
+                f"start is {ranges!r:.80}; expected ranges of initial values, such as "
+                "{'robot/sim.x': '-10..10 cm'}. (R0926)"
+            )
         self._ranges = [
-            _range(where, given, schemas) for where, given in ranges.items()
+            _range(str(where), given, schemas) for where, given in ranges.items()
         ]
 
     def start(self, random: Random) -> Mapping[str, Mapping[str, Any]]:

@@ -7,7 +7,6 @@ robots in MuJoCo compute at the same time, in threads.
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from random import Random
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,7 +21,7 @@ from rems_net.drivers.kinematic.swarm import Columns
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.gym.direct import Direct
-from rems_net.gym.env import SEEDS, Given
+from rems_net.gym.env import SEEDS, Given, no_outcome
 from rems_net.gym.library import AutoresetMode, VectorEnv, batch_space
 from rems_net.gym.spaces import Floats
 from rems_net.gym.task import Moment
@@ -81,7 +80,8 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         super().reset(seed=seed)
         self._begun = True
         own = [*range(seed, seed + self.num_envs)] if seed is not None else []
-        self._begin(range(self.num_envs), own or self._drawn(self.num_envs))
+        every = range(self.num_envs)
+        self._begin(every, own or self._drawn(self.num_envs), options)
         self.now = self._moment(None)
         return self._seen(), {}
 
@@ -103,9 +103,12 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         self._steps[over] = 0
         still = ~over
         cut = still & (self._steps == given.steps)
-        every = np.ones(self.num_envs)
-        reward = np.where(still, given.task.reward(self.now, before) * every, 0.0)
-        ended = still & (np.asarray(given.task.ends(self.now)) & np.ones_like(over))
+        reward, ends = given.task.reward(self.now, before), given.task.ends(self.now)
+        try:
+            reward = np.where(still, reward * np.ones(self.num_envs), 0.0)
+            ended = still & np.asarray(ends, bool)
+        except (TypeError, ValueError):
+            raise no_outcome(given.task, reward, ends) from None
         self._over = ended | cut
         return self._seen(), reward, ended, cut, {}
 
@@ -117,8 +120,18 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         drawn: list[int] = self.np_random.integers(SEEDS, size=count).tolist()
         return drawn
 
-    def _begin(self, numbers: Sequence[int], seeds: Sequence[int]) -> None:
-        starts = [self.given.task.start(Random(f"{one} start")) for one in seeds]
+    def _begin(
+        self,
+        numbers: Sequence[int],
+        seeds: Sequence[int],
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        if options and "record" in options:
+            raise ExperimentError(
+                "one environment alone can record an episode; leave vector or record "
+                "out. (R0929)"
+            )
+        starts = [self.given.starts(one, options) for one in seeds]
         self._many.begin(numbers, seeds, starts)
         self._over[numbers] = False
         self._steps[numbers] = 0
