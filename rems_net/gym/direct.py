@@ -12,14 +12,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict
 from rems_net.errors import AgentError
-from rems_net.gym.offered import (
-    Starts,
-    begins_by_verbs,
-    reset_keys,
-    start_of,
-    starts_in,
-    with_starts,
-)
+from rems_net.gym.offered import Starts, beginnings, begins_by_verbs, with_starts
 
 if TYPE_CHECKING:
     from rems_net.drivers.physics.physics import Physics
@@ -58,7 +51,6 @@ class Direct:
     ):
         self.lab, self.act, self.observe, self.ticks = lab, act, observe, ticks
         self._engine: Solo = lab.engine(out)
-        self._resets: list[tuple[str, Callable[..., None]]] = []
         self._opened = False
 
     def begin(self, seed: int, starts: Starts) -> None:
@@ -67,32 +59,22 @@ class Direct:
         Robots and worlds are put back while time goes on. An experiment with other
         agents begins again as a whole: these may have kept anything.
         """
-        if not self._opened or not begins_by_verbs(self.lab):
-            self._open_anew(seed, starts)
-            return
-        for key, reset in self._resets:
-            if key.startswith("robot/"):
-                reset(seed=seed, initial=start_of(self.lab.plans[key], starts))
-            else:
-                reset(seed=seed, initial=starts_in(self.lab, key, starts))
-
-    def _open_anew(self, seed: int, starts: Starts) -> None:
-        first = begins_by_verbs(self.lab)
-        engine = self._engine
-        if not first:
+        engine, verbs = self._engine, begins_by_verbs(self.lab)
+        if not verbs:
             with_starts(self.lab, starts)
             engine.reset(seed)
-        else:
+        elif not self._opened:
             engine.open()
+        if not (verbs and self._opened):
+            self._ins = [engine.inlet(key) for key in self.act]
+            self._ports = []
+            for key in self.observe:
+                agent, _, port = key.rpartition("/")
+                own = engine[agent].__dict__
+                self._ports.append((own, port, own[port].schema.around))
         self._opened = True
-        self._ins = [engine.inlet(key) for key in self.act]
-        self._ports = []
-        for key in self.observe:
-            own, port = engine[key.rpartition("/")[0]].__dict__, key.rpartition("/")[2]
-            self._ports.append((own, port, own[port].schema.around))
-        self._resets = [(key, engine[key].reset) for key in reset_keys(self.lab)]
-        if first:
-            self.begin(seed, starts)
+        for key, initial in beginnings(self.lab, starts) if verbs else ():
+            engine[key].reset(seed=seed, initial=initial)
 
     def step(self, actions: Sequence[DefDict]) -> None:
         """Put the actions at their Ins, and let them act for one step."""
