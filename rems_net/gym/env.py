@@ -47,11 +47,11 @@ class Given:
 
     def starts(self, seed: int, options: Mapping[str, Any] | None) -> Starts:
         """Return where robots start in an episode. Raises ExperimentError."""
-        if options and (odd := sorted({*options} - OPTIONS)):
-            raise ExperimentError(
-                f"options has {odd[0]!r}; expected record or start."
-                f"{nearest(odd[0], OPTIONS)} (R0926)"
-            )
+        for odd in {*(options or {})} - OPTIONS:  # others may be of a wrapper
+            if meant := nearest(str(odd), OPTIONS):
+                raise ExperimentError(
+                    f"options has {odd!r}; expected record or start.{meant} (R0926)"
+                )
         found: Any = (options or {}).get("start")
         if found is None:
             found = self.task.start(Random(f"{seed} start"))
