@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.experiment.experiment import Experiment
@@ -16,22 +16,6 @@ from rems_net.gym.offered import Starts, beginnings, begins_by_verbs, with_start
 
 if TYPE_CHECKING:
     from rems_net.drivers.physics.physics import Physics
-
-
-class Stage(Protocol):
-    """The place where an environment's robots act: an engine, or a fabric."""
-
-    def begin(self, seed: int, starts: Starts) -> None:
-        """Put everything back to its start, with this seed."""
-
-    def step(self, actions: Sequence[DefDict]) -> None:
-        """Put the actions at their Ins, and let them act for one step."""
-
-    def values(self) -> list[DefDict]:
-        """Return the values of the observed ports: copies, in their order."""
-
-    def close(self) -> None:
-        """Release everything."""
 
 
 class Direct:

@@ -7,12 +7,15 @@ from typing import Any
 
 from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, nearest
-from rems_net.gym.direct import Stage
+from rems_net.gym.direct import Direct
+from rems_net.gym.fabric import OnFabric
 from rems_net.gym.library import Env
 from rems_net.gym.offered import Starts
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Moment, Names, Task
 
+#: The place where an environment's robots act.
+Stage = Direct | OnFabric
 #: Seeds of episodes are smaller than this.
 SEEDS = 2**31
 #: names of options of a reset

@@ -10,8 +10,8 @@ from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.defdict.expression import Value, compiled
 from rems_net.errors import ExperimentError, RemsError, because
-from rems_net.gym.direct import Direct, Stage
-from rems_net.gym.env import Given, RobotEnv
+from rems_net.gym.direct import Direct
+from rems_net.gym.env import Given, RobotEnv, Stage
 from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout

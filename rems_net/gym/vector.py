@@ -7,7 +7,7 @@ robots in MuJoCo compute at the same time, in threads.
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,32 +29,18 @@ from rems_net.gym.task import Moment
 Flags = NDArray[np.bool_]
 
 
-class Many(Protocol):
-    """The places where the robots of many environments act."""
-
-    def begin(self, numbers: Sequence[int], seeds: Sequence[int], starts: Any) -> None:
-        """Put these environments back to their starts, with these seeds."""
-
-    def step(self, actions: Floats, others: Flags) -> None:
-        """Let actions (n, fields) act for one step on those that are in `others`."""
-
-    def tables(self) -> dict[str, Floats]:
-        """Return the values of each observed port: (n, fields)."""
-
-    def close(self) -> None:
-        """Release everything."""
-
-
 class VectorRobots(VectorEnv[Any, Any, Any]):
     """Copies of an environment of one Box each; an episode that is over begins anew.
 
     The next step after an end begins the episode (NEXT_STEP). The n-th environment
     has seed + n.
+
+    many: where their robots act.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
-    def __init__(self, given: Given, count: int, many: Many):
+    def __init__(self, given: Given, count: int, many: "AsColumns | AsStages"):
         for column in (*given.act.columns, *given.observe.columns):
             if not column.is_real:
                 raise ExperimentError(
