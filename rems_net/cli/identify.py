@@ -23,54 +23,47 @@ examples:
 def add(parser: argparse.ArgumentParser) -> None:
     add_run(parser)
     add_like(parser)
-    parser.add_argument("--robot", metavar="ROBOT", default="", help="which robot")
-    parser.add_argument(
-        "--definition",
-        metavar="DEFINITION",
-        default="",
-        help="its definition, if the recording does not name one: woodbot, my.py:Cart",
-    )
-    parser.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        dest="sets",
-        help="a parameter as it was in the recording, if that does not have it",
-    )
-    parser.add_argument(
-        "--fit",
-        metavar="NAME,NAME",
-        default="",
-        help="the parameters to identify (all that have an effect)",
-    )
-    parser.add_argument(
-        "--check",
-        metavar="DIR",
-        type=Path,
-        help="another run of this robot, which is only predicted (else each third "
-        "of the run is predicted from the rest)",
-    )
-    parser.add_argument(
-        "--driver",
-        metavar="DRIVER",
-        default="",
-        help="predict with this simulator, such as mujoco: it is slow, and knows mass "
-        "and friction; with --fit",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        type=Path,
-        help="write the parameters there, such as real.identified.toml",
-    )
-    parser.add_argument(
-        "--suggest",
-        metavar="FILE",
-        type=Path,
-        help="name the short drive that would show most, and write it to a CSV file "
-        "that an input plays",
-    )
+    sets: dict[str, Any] = {"action": "append", "default": [], "dest": "sets"}
+    text, path = {"default": ""}, {"type": Path}
+    for option, metavar, more, said in (
+        ("--robot", "ROBOT", text, "which robot"),
+        (
+            "--definition",
+            "DEFINITION",
+            text,
+            "its definition, if the recording does not name one: woodbot, my.py:Cart",
+        ),
+        (
+            "--set",
+            "NAME=VALUE",
+            sets,
+            "a parameter as it was in the recording, if that does not have it",
+        ),
+        ("--fit", "NAME,NAME", text, "parameters to identify (all with an effect)"),
+        (
+            "--check",
+            "DIR",
+            path,
+            "another run of this robot, which is only predicted (else each third of "
+            "the run is predicted from the rest)",
+        ),
+        (
+            "--driver",
+            "DRIVER",
+            text,
+            "predict with this simulator, such as mujoco: it is slow, and knows mass "
+            "and friction; with --fit",
+        ),
+        ("--out", "FILE", path, "write the parameters there: real.identified.toml"),
+        (
+            "--suggest",
+            "FILE",
+            path,
+            "name the short drive that would show most, and write it to a CSV file "
+            "that an input plays",
+        ),
+    ):
+        parser.add_argument(option, metavar=metavar, help=said, **more)
 
 
 def run(args: argparse.Namespace) -> int:

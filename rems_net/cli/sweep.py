@@ -42,40 +42,20 @@ def add(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             option, metavar=metavar, action="append", default=[], help=text
         )
-    parser.add_argument(
-        "--seeds", metavar="N", default="1", help="seeds of each point, or 3,5,7"
-    )
-    parser.add_argument(
-        "--samples",
-        metavar="N",
-        type=int,
-        default=0,
-        help="points of a Latin hypercube in the ranges, in place of a grid",
-    )
-    parser.add_argument(
-        "--list",
-        metavar="FILE.csv",
-        type=Path,
-        help="points: a column for each setting, robot/sim.track [mm]",
-    )
-    parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder (runs/<name>_sweep)"
-    )
-    parser.add_argument(
-        "--workers", metavar="N", type=int, help="processes (one for each core)"
-    )
-    parser.add_argument(
-        "--on", metavar="CLUSTER", default="", help="dask=ADDRESS or ray=ADDRESS"
-    )
+    for option, metavar, kind, default, text in (
+        ("--seeds", "N", str, "1", "seeds of each point, or 3,5,7"),
+        ("--samples", "N", int, 0, "points of a Latin hypercube, not of a grid"),
+        ("--list", "FILE.csv", Path, None, "points: columns robot/sim.track [mm], ..."),
+        ("--out", "DIR", Path, None, "folder (runs/<name>_sweep)"),
+        ("--workers", "N", int, None, "processes (one for each core)"),
+        ("--on", "CLUSTER", str, "", "dask=ADDRESS or ray=ADDRESS"),
+        ("--most", "N", int, MOST, f"refuse more runs than these ({MOST:,})"),
+    ):
+        parser.add_argument(
+            option, metavar=metavar, type=kind, default=default, help=text
+        )
     parser.add_argument(
         "--parquet", action="store_true", help="also write the table as Parquet"
-    )
-    parser.add_argument(
-        "--most",
-        metavar="N",
-        type=int,
-        default=MOST,
-        help=f"refuse more runs than these ({MOST:,})",
     )
 
 

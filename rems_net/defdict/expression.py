@@ -119,13 +119,14 @@ class Expression(NamedTuple):
     """A compiled expression.
 
     unit: of its values.  places: of the fields that it reads.  lasting: whether it has
-    a function over all ticks.
+    a function over all ticks.  truth: whether it is true or false.
     """
 
     value: Value
     unit: str
     places: Sequence[Place]
     lasting: bool
+    truth: bool
 
 
 def _least(a: Any, b: Any) -> Any:
@@ -192,7 +193,8 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
     compiler = _Compiler(names, found, lasting)
     part = compiler.part(tree)
     places = [*compiler.places]
-    return Expression(_finished(part.value), part.unit, places, compiler.lasts)
+    value = _finished(part.value)
+    return Expression(value, part.unit, places, compiler.lasts, part.truth)
 
 
 def _finished(value: Value) -> Value:

@@ -26,4 +26,4 @@ __getattr__, __dir__ = door(__name__)
 # gymnasium.make("rems_net.gym:rems_net/Lab-v0") imports this module, to find the name.
 # Without gymnasium, the first use of a name here gives the reason.
 with suppress(ImportError):
-    import_module("rems_net.gym.names")
+    import_module("rems_net.gym.library")

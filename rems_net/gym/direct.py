@@ -1,36 +1,21 @@
 """Direct: the stage of an environment in this process, on an engine."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, cast
 
+from rems_net.agents.diagnosis import failure
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.solo import Solo
+from rems_net.agents.runtime import runtime
+from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict
-from rems_net.gym.offered import (
-    Starts,
-    begins_by_verbs,
-    reset_keys,
-    start_of,
-    starts_in,
-    with_starts,
-)
+from rems_net.errors import AgentError
+from rems_net.gym.offered import Starts, beginnings, begins_by_verbs, with_starts
 
-
-class Stage(Protocol):
-    """The place where an environment's robots act: an engine, or a fabric."""
-
-    def begin(self, seed: int, starts: Starts) -> None:
-        """Put everything back to its start, with this seed."""
-
-    def step(self, actions: Sequence[DefDict]) -> None:
-        """Put the actions at their Ins, and let them act for one step."""
-
-    def values(self) -> list[DefDict]:
-        """Return the values of the observed ports: copies, in their order."""
-
-    def close(self) -> None:
-        """Release everything."""
+if TYPE_CHECKING:
+    from rems_net.drivers.physics.physics import Physics
 
 
 class Direct:
@@ -50,7 +35,6 @@ class Direct:
     ):
         self.lab, self.act, self.observe, self.ticks = lab, act, observe, ticks
         self._engine: Solo = lab.engine(out)
-        self._resets: list[tuple[str, Callable[..., None]]] = []
         self._opened = False
 
     def begin(self, seed: int, starts: Starts) -> None:
@@ -59,39 +43,45 @@ class Direct:
         Robots and worlds are put back while time goes on. An experiment with other
         agents begins again as a whole: these may have kept anything.
         """
-        if not self._opened or not begins_by_verbs(self.lab):
-            self._open_anew(seed, starts)
-            return
-        for key, reset in self._resets:
-            if key.startswith("robot/"):
-                reset(seed=seed, initial=start_of(self.lab.plans[key], starts))
-            else:
-                reset(seed=seed, initial=starts_in(self.lab, key, starts))
-
-    def _open_anew(self, seed: int, starts: Starts) -> None:
-        first = begins_by_verbs(self.lab)
-        engine = self._engine
-        if not first:
+        engine, verbs = self._engine, begins_by_verbs(self.lab)
+        if not verbs:
             with_starts(self.lab, starts)
             engine.reset(seed)
-        else:
+        elif not self._opened:
             engine.open()
+        if not (verbs and self._opened):
+            self._ins = [engine.inlet(key) for key in self.act]
+            self._ports = []
+            for key in self.observe:
+                agent, _, port = key.rpartition("/")
+                own = engine[agent].__dict__
+                self._ports.append((own, port, own[port].schema.around))
         self._opened = True
-        self._ins = [engine.inlet(key) for key in self.act]
-        self._ports = []
-        for key in self.observe:
-            own, port = engine[key.rpartition("/")[0]].__dict__, key.rpartition("/")[2]
-            self._ports.append((own, port, own[port].schema.around))
-        self._resets = [(key, engine[key].reset) for key in reset_keys(self.lab)]
-        if first:
-            self.begin(seed, starts)
+        for key, initial in beginnings(self.lab, starts) if verbs else ():
+            engine[key].reset(seed=seed, initial=initial)
 
     def step(self, actions: Sequence[DefDict]) -> None:
         """Put the actions at their Ins, and let them act for one step."""
-        engine = self._engine
+        self.put(actions)
+        self._engine.step(self.ticks)
+
+    def put(self, actions: Sequence[DefDict]) -> None:
+        """Put the actions at their Ins."""
         for inlet, action in zip(self._ins, actions, strict=True):
-            engine.put_at(inlet, action)
-        engine.step(self.ticks)
+            self._engine.put_at(inlet, action)
+
+    def ticking(self) -> Iterator[Callable[[], None]]:
+        """Do one tick of a robot that is alone in a physics engine.
+
+        Yields each calculation of that, to be called before the next one is taken.
+        """
+        solo, robot = self._engine, cast("Physics", self._ins[0].agent)
+        tick = Tick(solo.n + 1, time_of(solo.n + 1, solo.dt), solo.dt)
+        runtime(robot).begin(tick)
+        going, blamed = robot.stepping(tick), partial(_blamed, robot.key, tick.n)
+        while (due := blamed(partial(next, going, None))) is not None:
+            yield partial(blamed, due)
+        solo.n = tick.n
 
     def values(self) -> list[DefDict]:
         """Return the values of the observed ports: copies, in their order."""
@@ -101,3 +91,11 @@ class Direct:
         """Close the engine."""
         self._opened = False
         self._engine.close()
+
+
+def _blamed(key: str, n: int, call: Callable[[], Any]) -> Any:
+    """Return a call's result. Raises AgentError of this agent, at tick n."""
+    try:
+        return call()
+    except Exception as error:
+        raise AgentError(*failure(key, error, n)) from error

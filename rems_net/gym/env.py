@@ -1,25 +1,32 @@
 """Env: one environment, in Gymnasium's terms, on a stage of robots."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from rems_net.defdict import DefDict
-from rems_net.errors import ExperimentError
-from rems_net.gym.direct import Stage
+from rems_net.errors import ExperimentError, nearest
+from rems_net.gym.direct import Direct
+from rems_net.gym.fabric import OnFabric
 from rems_net.gym.library import Env
+from rems_net.gym.offered import Starts
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Moment, Names, Task
 
+#: The place where an environment's robots act.
+Stage = Direct | OnFabric
 #: Seeds of episodes are smaller than this.
 SEEDS = 2**31
+#: names of options of a reset
+OPTIONS = {"record", "start"}
 
 
 class Given:
     """The settings of an environment, checked.
 
     act, observe: layouts of actions and observations.  task: rewards, ends, starts.
+    robots: keys of those that start somewhere.
     steps: number of steps after which an episode is cut off; 0 for never.  clip:
     whether an action out of range is limited.  seed: of the first episode without one.
     """
@@ -29,15 +36,53 @@ class Given:
         act: Layout,
         observe: Layout,
         task: Task,
+        robots: Collection[str],
         *,
         steps: int,
         clip: bool,
         seed: int,
     ):
         self.act, self.observe, self.task = act, observe, task
+        self.robots = robots
         self.steps, self.clip, self.seed = steps, clip, seed
         self.names = Names({**observe.schemas, **act.schemas})
         self.units = {**act.units, **observe.units}
+
+    def starts(self, seed: int, options: Mapping[str, Any] | None) -> Starts:
+        """Return where robots start in an episode. Raises ExperimentError."""
+        for odd in {*(options or {})} - OPTIONS:  # others may be of a wrapper
+            if meant := nearest(str(odd), OPTIONS):
+                raise ExperimentError(
+                    f"options has {odd!r}; expected record or start.{meant} (R0926)"
+                )
+        found: Any = (options or {}).get("start")
+        if found is None:
+            found = self.task.start(Random(f"{seed} start"))
+        if isinstance(found, Mapping) and {*found} <= {*self.robots}:
+            return found
+        wrong = next(iter(found), "") if isinstance(found, Mapping) else ""
+        raise ExperimentError(
+            f"the start of an episode is {found!r:.80}; expected initial values by "
+            f"robot, such as {{{next(iter(self.robots), 'robot/sim')!r}: "
+            f"{{'x': 0.1}}}}.{nearest(str(wrong), self.robots)} (R0926)"
+        )
+
+
+def judged(task: Task, now: Moment, before: Moment) -> tuple[float, bool]:
+    """Return a step's reward, and whether it is the last. Raises ExperimentError."""
+    reward, ends = task.reward(now, before), task.ends(now)
+    try:
+        return float(reward), bool(ends)
+    except (TypeError, ValueError):
+        raise no_outcome(task, reward, ends) from None
+
+
+def no_outcome(task: Task, reward: object, ends: object) -> ExperimentError:
+    """Return the error of a task that gives something else."""
+    return ExperimentError(
+        f"{type(task).__name__}: reward() returned {reward!r:.60}, and ends() "
+        f"{ends!r:.60}; expected a number, and True or False. (R0926)"
+    )
 
 
 class RobotEnv(Env[Any, Any]):
@@ -76,11 +121,8 @@ class RobotEnv(Env[Any, Any]):
         own = seed
         if own is None:
             own = int(self.np_random.integers(SEEDS))
-        options = options or {}
-        stage = self._staged(options.get("record"))
-        starts = options.get("start")
-        if starts is None:
-            starts = self.given.task.start(Random(f"{own} start"))
+        starts = self.given.starts(own, options)
+        stage = self._staged((options or {}).get("record"))
         stage.begin(own, starts)
         self._steps = 0
         self._look(stage, [schema() for schema in self.given.act.schemas.values()])
@@ -94,8 +136,7 @@ class RobotEnv(Env[Any, Any]):
         observation = given.observe.read(self._seen)
         if task is None or before is None:
             return observation, 0.0, False, cut, {}
-        reward = float(task.reward(self.now, before))
-        return observation, reward, bool(task.ends(self.now)), cut, {}
+        return observation, *judged(task, self.now, before), cut, {}
 
     def advance(self, actions: list[DefDict]) -> bool:
         """Let the robots act for one step. Returns whether the episode is cut off."""

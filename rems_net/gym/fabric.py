@@ -13,10 +13,8 @@ from rems_net.errors import AgentError
 from rems_net.gym.offered import (
     Ports,
     Starts,
+    beginnings,
     begins_by_verbs,
-    reset_keys,
-    start_of,
-    starts_in,
     with_starts,
 )
 from rems_net.router.mail import Mail, Mailbox
@@ -56,12 +54,7 @@ class OnFabric:
         else:
             if self._stack is None:
                 self._open()
-            for key in reset_keys(self.lab):
-                initial = (
-                    starts_in(self.lab, key, starts)
-                    if key.startswith("world/")
-                    else start_of(self.lab.plans[key], starts)
-                )
+            for key, initial in beginnings(self.lab, starts):
                 self._call(key, request((), {"seed": seed, "initial": initial}))
         self._values = [self._asked(key) for key in self.ports.observe]
 

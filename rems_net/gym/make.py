@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
-from rems_net.agents.robot import Robot
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.defdict.expression import Value, compiled
 from rems_net.errors import ExperimentError, RemsError, because
-from rems_net.gym.direct import Direct, Stage
-from rems_net.gym.env import Given, RobotEnv
+from rems_net.gym.direct import Direct
+from rems_net.gym.env import Given, RobotEnv, Stage
 from rems_net.gym.fabric import OnFabric
 from rems_net.gym.offered import Ports, check_here, checked
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Drawn, Moment, Names, Task
-from rems_net.gym.vector import AsColumns, AsStages, VectorRobots
+from rems_net.gym.vector import AsColumns, AsEngines, AsStages, VectorRobots
 
 if TYPE_CHECKING:
     from rems_net.gym.parallel import ParallelRobots
@@ -89,9 +88,10 @@ def _many(
     acts, looks = [*given.act.schemas], [*given.observe.schemas]
     robot, *others = lab.check().values()
     alone = not others and acts == [f"{robot.key}/command"]
-    if alone and isinstance(robot, Robot) and AsColumns.fit(robot, looks):
+    if alone and AsColumns.fit(robot, ticks * lab.dt):
         return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
-    several = AsStages(lambda: Direct(lab, acts, looks, ticks), given, count)
+    kind = AsEngines if alone and AsEngines.fit(robot) else AsStages
+    several = kind(lambda: Direct(lab, acts, looks, ticks), given, count)
     return VectorRobots(given, count, several)
 
 
@@ -115,6 +115,7 @@ def _given(
         Layout(ports.act, normalise=normalise, acts=True),
         Layout(ports.observe, normalise=normalise, acts=False),
         task,
+        ports.starts,
         steps=steps,
         clip=clip,
         seed=lab.seed,
@@ -205,7 +206,7 @@ def woodbot(**settings: Any) -> Any:
 
 
 def _keys(given: Keys, what: str) -> list[str]:
-    keys = [given] if isinstance(given, str) else [*given]
+    keys: list[Any] = [*given] if isinstance(given, list | tuple) else [given]
     if all(isinstance(key, str) for key in keys) and len({*keys}) == len(keys):
         return keys
     raise ExperimentError(
@@ -237,7 +238,10 @@ class Written(Task):
 
 def _compiled(text: str, names: Names, what: str) -> Value:
     try:
-        return compiled(text, names).value
+        made = compiled(text, names)
+        if what == "ends" and not made.truth:
+            raise ExperimentError("it is a number, neither true nor false (R0925)")
+        return made.value
     except RemsError as error:
         raise ExperimentError(
             f"{what} is {text!r:.80}: {because(error)} Expected such as "

@@ -1,6 +1,6 @@
 """Offered: what an experiment offers to an environment: its Ins, ports and starts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import lcm
 from typing import Any, NamedTuple
 
@@ -37,23 +37,22 @@ def begins_by_verbs(lab: Experiment) -> bool:
     return not others and not any(plan.sources for plan in robots)
 
 
-def reset_keys(lab: Experiment) -> list[str]:
-    """Return the worlds, and the robots in none, in the order in which they reset."""
-    plans = lab.plans.values()
-    worlds = [plan.key for plan in plans if plan.kind == "world"]
-    alone = [plan.key for plan in plans if plan.kind == "robot" and not plan.world]
-    return sorted([*worlds, *alone])
+def beginnings(lab: Experiment, starts: Starts) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the worlds, and the robots in none, in the order in which they reset.
+
+    Each with its initial values: of a world, those of its robots, by their keys.
+    """
+    for key, plan in sorted(lab.plans.items()):
+        if plan.kind == "world":
+            robots = [one for one in lab.plans.values() if one.world == key]
+            yield key, {one.key: start_of(one, starts) for one in robots}
+        elif plan.kind == "robot" and not plan.world:
+            yield key, start_of(plan, starts)
 
 
 def start_of(plan: Plan, starts: Starts) -> dict[str, Any]:
     """Return the initial values of one robot: the experiment's own, and the drawn."""
     return {**plan.initial, **starts.get(plan.key, {})}
-
-
-def starts_in(lab: Experiment, world: str, starts: Starts) -> dict[str, Any]:
-    """Return the initial values of the robots in a world, by their keys."""
-    robots = [p for p in lab.plans.values() if p.kind == "robot" and p.world == world]
-    return {plan.key: start_of(plan, starts) for plan in robots}
 
 
 def with_starts(lab: Experiment, starts: Starts) -> None:

@@ -5,7 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from rems_net.errors import ExperimentError
-from rems_net.gym.env import Given, RobotEnv
+from rems_net.gym.env import Given, RobotEnv, judged
 from rems_net.gym.library import Space
 from rems_net.libraries import needed
 
@@ -67,8 +67,9 @@ class ParallelRobots:
         cut = self._env.advance(taken)
         now = self._env.now
         some = {agent: self._each[agent].task for agent in self.agents}
-        rewards = {k: float(task.reward(now, before)) for k, task in some.items()}
-        ended = {k: bool(task.ends(now)) for k, task in some.items()}
+        judgements = {k: judged(task, now, before) for k, task in some.items()}
+        rewards = {k: reward for k, (reward, _) in judgements.items()}
+        ended = {k: ends for k, (_, ends) in judgements.items()}
         found = self._observed()
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in some}
         self.agents = [] if cut else [k for k in self.agents if not ended[k]]

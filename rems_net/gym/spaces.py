@@ -155,14 +155,8 @@ class Layout:
 
         Raises FieldValueError for one that does not fit.
         """
-        array = np.asarray(actions, np.float64)
-        if array.shape != (count, *self.middle.shape):
-            raise self._misshapen(array.shape, (count, *self.middle.shape))
-        if self.normalise:
-            array = self.middle + self.half * array
+        array = self._array(actions, (count, *self.middle.shape), clip)
         low, high = self.ends
-        if clip:
-            array = array.clip(low, high)
         fits = (array >= low) & (array <= high)
         if not fits.all():
             raise self._outside(array[int(np.argmin(fits.all(axis=1)))].tolist())
@@ -176,18 +170,24 @@ class Layout:
         made = zip(self.schemas.values(), self.parts, strict=True)
         return [schema.around(leaves[part]) for schema, part in made]
 
-    def _numbers(self, action: Any, clip: bool) -> list[Any]:
+    def _array(self, action: Any, shape: tuple[int, ...], clip: bool) -> Floats:
+        """Return numbers in the fields' units. Raises FieldValueError for a shape."""
         try:
             array = np.asarray(action, np.float64)
-        except (TypeError, ValueError):  # a text, a ragged list
+        except (ArithmeticError, TypeError, ValueError):  # a text, a ragged list
             array = np.empty(())
-        if array.shape != self.middle.shape:
-            raise self._misshapen(array.shape, self.middle.shape)
+        if array.shape != shape:
+            names = [one.name for one in self.columns]
+            raise FieldValueError(
+                f"the action has the shape {array.shape}; expected {shape}, a number "
+                f"for each of {', '.join(names)}. (R0922)"
+            )
         if self.normalise:
             array = self.middle + self.half * array
-        if clip:
-            array = array.clip(*self.ends)
-        numbers: list[float] = array.tolist()
+        return array.clip(*self.ends) if clip else array
+
+    def _numbers(self, action: Any, clip: bool) -> list[Any]:
+        numbers: list[float] = self._array(action, self.middle.shape, clip).tolist()
         for number, low, high in zip(numbers, self._low, self._high, strict=True):
             if not low <= number <= high:
                 raise self._outside(numbers)
@@ -238,15 +238,6 @@ class Layout:
         else:
             value[name] = given
         return value.leaves()[0]
-
-    def _misshapen(
-        self, shape: tuple[int, ...], wanted: tuple[int, ...]
-    ) -> FieldValueError:
-        names = [one.name for one in self.columns]
-        return FieldValueError(
-            f"the action has the shape {shape}; expected {wanted}, a number "
-            f"for each of {', '.join(names)}. (R0922)"
-        )
 
     def _outside(self, numbers: list[float]) -> FieldValueError:
         rows = zip(self._numbered(), numbers, self._low, self._high, strict=True)

@@ -32,8 +32,13 @@ class Drawn(Task):
     """A task whose start is drawn from ranges such as {"robot/sim.x": "-10..10 cm"}."""
 
     def __init__(self, ranges: Mapping[str, Any], schemas: Mapping[str, Schema]):
+        if not isinstance(ranges, Mapping):
+            raise ExperimentError(
+                f"start is {ranges!r:.80}; expected ranges of initial values, such as "
+                "{'robot/sim.x': '-10..10 cm'}. (R0926)"
+            )
         self._ranges = [
-            _range(where, given, schemas) for where, given in ranges.items()
+            _range(str(where), given, schemas) for where, given in ranges.items()
         ]
 
     def start(self, random: Random) -> Mapping[str, Mapping[str, Any]]:
@@ -72,12 +77,17 @@ def _range(
 
 def _ends(where: str, given: object, unit: str) -> Sequence[float]:
     if isinstance(given, str) and ".." in given:
-        first, _, last = given.partition("..")
-        high = last.strip()
+        low, _, high = given.partition("..")
         own = high.lstrip("+-0123456789.eE ")  # "-10..10 cm" has its unit once
-        low = first if first.strip().lstrip("+-0123456789.eE ") else f"{first} {own}"
-        ends = [one.strip() for one in (low, high)]
-        numbers = [float(one) if not own else one for one in ends]
-        return [parse_quantity(one, unit, f"start of {where}") for one in numbers]
+        ends = low if low.strip("+-0123456789.eE ") else f"{low} {own}", high
+        given = ends if own else [*map(_plain, ends)]
     both = given if isinstance(given, list | tuple) and len(given) == 2 else [given] * 2
     return [parse_quantity(one, unit, f"start of {where}") for one in both]
+
+
+def _plain(text: str) -> object:
+    """Return a number without a unit; the text, if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,27 +1,27 @@
 """VectorRobots: many environments at once, in Gymnasium's terms.
 
-Kinematic robots are computed as columns. Others are stepped one by one, by threads that
-each have their share of them: a physics engine computes while others run Python.
+Kinematic robots are computed as columns. Others are stepped one by one; the engines of
+robots in MuJoCo compute at the same time, in threads.
 """
 
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from random import Random
-from threading import Lock
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.agents.robot import Robot
+from rems_net.agents.agent import Agent
 from rems_net.agents.runtime import runtime
+from rems_net.bodies.actuators import Actuators
 from rems_net.defdict import Schema
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.kinematic.swarm import Columns, Swarm
+from rems_net.drivers.kinematic.swarm import Columns
+from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import AgentError, ExperimentError
-from rems_net.gym.direct import Stage
-from rems_net.gym.env import SEEDS, Given
+from rems_net.gym.direct import Direct
+from rems_net.gym.env import SEEDS, Given, no_outcome
 from rems_net.gym.library import AutoresetMode, VectorEnv, batch_space
 from rems_net.gym.spaces import Floats
 from rems_net.gym.task import Moment
@@ -29,32 +29,18 @@ from rems_net.gym.task import Moment
 Flags = NDArray[np.bool_]
 
 
-class Many(Protocol):
-    """The places where the robots of many environments act."""
-
-    def begin(self, numbers: Sequence[int], seeds: Sequence[int], starts: Any) -> None:
-        """Put these environments back to their starts, with these seeds."""
-
-    def step(self, actions: Floats, others: Flags) -> None:
-        """Let actions (n, fields) act for one step on those that are in `others`."""
-
-    def tables(self) -> dict[str, Floats]:
-        """Return the values of each observed port: (n, fields)."""
-
-    def close(self) -> None:
-        """Release everything."""
-
-
 class VectorRobots(VectorEnv[Any, Any, Any]):
     """Copies of an environment of one Box each; an episode that is over begins anew.
 
     The next step after an end begins the episode (NEXT_STEP). The n-th environment
     has seed + n.
+
+    many: where their robots act.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
-    def __init__(self, given: Given, count: int, many: Many):
+    def __init__(self, given: Given, count: int, many: "AsColumns | AsStages"):
         for column in (*given.act.columns, *given.observe.columns):
             if not column.is_real:
                 raise ExperimentError(
@@ -80,7 +66,8 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         super().reset(seed=seed)
         self._begun = True
         own = [*range(seed, seed + self.num_envs)] if seed is not None else []
-        self._begin(range(self.num_envs), own or self._drawn(self.num_envs))
+        every = range(self.num_envs)
+        self._begin(every, own or self._drawn(self.num_envs), options)
         self.now = self._moment(None)
         return self._seen(), {}
 
@@ -102,9 +89,12 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         self._steps[over] = 0
         still = ~over
         cut = still & (self._steps == given.steps)
-        every = np.ones(self.num_envs)
-        reward = np.where(still, given.task.reward(self.now, before) * every, 0.0)
-        ended = still & (np.asarray(given.task.ends(self.now)) & np.ones_like(over))
+        reward, ends = given.task.reward(self.now, before), given.task.ends(self.now)
+        try:
+            reward = np.where(still, reward * np.ones(self.num_envs), 0.0)
+            ended = still & np.asarray(ends, bool)
+        except (TypeError, ValueError):
+            raise no_outcome(given.task, reward, ends) from None
         self._over = ended | cut
         return self._seen(), reward, ended, cut, {}
 
@@ -116,8 +106,18 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         drawn: list[int] = self.np_random.integers(SEEDS, size=count).tolist()
         return drawn
 
-    def _begin(self, numbers: Sequence[int], seeds: Sequence[int]) -> None:
-        starts = [self.given.task.start(Random(f"{one} start")) for one in seeds]
+    def _begin(
+        self,
+        numbers: Sequence[int],
+        seeds: Sequence[int],
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        if options and "record" in options:
+            raise ExperimentError(
+                "one environment alone can record an episode; leave vector or record "
+                "out. (R0929)"
+            )
+        starts = [self.given.starts(one, options) for one in seeds]
         self._many.begin(numbers, seeds, starts)
         self._over[numbers] = False
         self._steps[numbers] = 0
@@ -149,27 +149,31 @@ class AsColumns:
     """
 
     def __init__(
-        self, robot: Robot, observe: Sequence[str], count: int, dt: float, ticks: int
+        self, robot: Agent, observe: Sequence[str], count: int, dt: float, ticks: int
     ):
+        assert isinstance(robot, Kinematic)
         self._robot, self._observe, self._count = robot, observe, count
         self._dt, self._ticks = dt, ticks
-        columns = robot.columns([robot]) if isinstance(robot, Kinematic) else None
-        assert columns is not None
-        self._swarm: Swarm = columns
+        swarm = robot.columns([robot])
+        assert swarm is not None
+        self._swarm = swarm
         self._initial = dict(robot.initial)
         self._state: Floats = np.tile(np.array(robot.state.leaves()), (count, 1))
         self._command: Floats = np.zeros((count, len(robot.command.schema.fields)))
 
     @staticmethod
-    def fit(robot: Robot, observe: Sequence[str]) -> bool:
-        """Return whether this robot can be computed as columns."""
+    def fit(robot: Agent, seconds: float) -> bool:
+        """Return whether a robot that is all agents can be computed as columns.
+
+        seconds: of a step, during which its command must stay valid.
+        """
         return (
             isinstance(robot, Kinematic)
-            and robot.shared is None
             and runtime(robot).every == 1
+            and seconds <= robot.max_age
+            and Actuators.of(robot.parameters, robot.command) is None
             and not robot.accelerometers
             and robot.columns([robot]) is not None
-            and {key.rpartition("/")[0] for key in observe} == {robot.key}
         )
 
     def begin(self, numbers: Sequence[int], seeds: Sequence[int], starts: Any) -> None:
@@ -201,9 +205,9 @@ class AsColumns:
         """Return the values of each observed port."""
         found = {"state": self._state, "command": self._command}
         if any(key.endswith("/sensors") for key in self._observe):
-            assert self._robot.read is not None  # type: ignore[attr-defined]
+            assert self._robot.read is not None
             state, command = self._as_columns("state"), self._as_columns("command")
-            read = self._robot.read(state, command)  # type: ignore[attr-defined]
+            read = self._robot.read(state, command)
             found["sensors"], _ = self._swarm.table("sensors", read, self._count)
         return {key: found[key.rpartition("/")[2]].copy() for key in self._observe}
 
@@ -218,62 +222,85 @@ class AsColumns:
 
 
 class AsStages:
-    """Many stages, in threads: each thread has a share of them, and opens it.
+    """Many stages, one after the other."""
 
-    MuJoCo's own `rollout` would give other last bits from the second step on: it does
-    not return the warm starts of its solver.
-    """
-
-    def __init__(self, make: Callable[[], Stage], given: Given, count: int):
+    def __init__(self, make: Callable[[], Direct], given: Given, count: int):
         self._given = given
-        threads = min(count, os.cpu_count() or 1)
         self._stages = [make() for _ in range(count)]
-        self._shares = [range(n, count, threads) for n in range(threads)]
-        self._threads = [ThreadPoolExecutor(1) for _ in self._shares]
-        #: building an engine changes the experiment's plans
-        self._lock = Lock()
 
     def begin(self, numbers: Sequence[int], seeds: Sequence[int], starts: Any) -> None:
         """Put these back to their starts."""
-        due = dict(zip(numbers, zip(seeds, starts, strict=True), strict=True))
-
-        def begin(number: int) -> None:
-            if number in due:
-                with self._lock:
-                    self._stages[number].begin(*due[number])
-
-        self._each(begin)
+        for number, seed, start in zip(numbers, seeds, starts, strict=True):
+            self._stages[number].begin(seed, start)
 
     def step(self, actions: Floats, others: Flags) -> None:
         """Let actions act on those that are in `others`."""
-        take = self._given.act.grouped
-
-        def step(number: int) -> None:
-            if others[number]:
-                self._stages[number].step(take(actions[number].tolist()))
-
-        self._each(step)
+        for number in np.flatnonzero(others).tolist():
+            action = self._given.act.grouped(actions[number].tolist())
+            self._stages[number].step(action)
 
     def tables(self) -> dict[str, Floats]:
         """Return the values of each observed port."""
         rows: list[Any] = [stage.values() for stage in self._stages]
-        keys = self._given.observe.schemas
+        flat: Any = list if self._given.observe.plain else np.hstack
         return {
-            key: np.array([np.hstack(row[n].leaves()) for row in rows], float)
-            for n, key in enumerate(keys)
+            key: np.array([flat(row[n].leaves()) for row in rows], float)
+            for n, key in enumerate(self._given.observe.schemas)
         }
 
     def close(self) -> None:
-        """Close all stages, each in its thread."""
-        self._each(lambda number: self._stages[number].close())
-        for thread in self._threads:
-            thread.shutdown()
+        """Close all stages."""
+        for stage in self._stages:
+            stage.close()
 
-    def _each(self, function: Callable[[int], None]) -> None:
-        def some(share: Sequence[int]) -> None:
-            for number in share:
-                function(number)
 
-        pairs = zip(self._threads, self._shares, strict=True)
-        for done in [thread.submit(some, share) for thread, share in pairs]:
-            done.result()
+class AsEngines(AsStages):
+    """Many robots, each alone in MuJoCo, whose engines compute at the same time.
+
+    Threads step the engines, and nothing else: then none of them waits for Python.
+    MuJoCo's own `rollout` would give other last bits from the second step on: it does
+    not return the warm starts of its solver.
+    """
+
+    def __init__(self, make: Callable[[], Direct], given: Given, count: int):
+        super().__init__(make, given, count)
+        self._threads = min(count, os.cpu_count() or 1)
+        self._pool = ThreadPoolExecutor(self._threads)
+
+    @staticmethod
+    def fit(robot: Agent) -> bool:
+        """Return whether a robot that is all agents can be stepped so."""
+        own = ("step", "obey", "acting", "drive", "sense")
+        return (
+            isinstance(robot, Mujoco)
+            and runtime(robot).every == 1
+            and all(getattr(type(robot), n) is getattr(Mujoco, n) for n in own)
+        )
+
+    def step(self, actions: Floats, others: Flags) -> None:
+        """Let actions act on those that are in `others`."""
+        some = [self._stages[number] for number in np.flatnonzero(others)]
+        for stage, row in zip(some, actions[others].tolist(), strict=True):
+            stage.put(self._given.act.grouped(row))
+        for _ in range(some[0].ticks if some else 0):
+            going = [stage.ticking() for stage in some]
+            while due := [found for one in going if (found := next(one, None))]:
+                self._together(due)
+
+    def _together(self, due: Sequence[Callable[[], None]]) -> None:
+        """Call all of these: a share in this thread, the others in the pool's."""
+        first, *rest = (due[n :: self._threads] for n in range(self._threads))
+        done = [self._pool.submit(_all, share) for share in rest]
+        _all(first)
+        for one in done:
+            one.result()
+
+    def close(self) -> None:
+        """Close all stages, and the threads."""
+        super().close()
+        self._pool.shutdown()
+
+
+def _all(calls: Sequence[Callable[[], None]]) -> None:
+    for call in calls:
+        call()

@@ -48,7 +48,8 @@ class Simulated(Predictor):
         open_floor = {"arena_radius": 0.0}
         paths = self.plain.parameters.schema.paths
         self._open = {name: v for name, v in open_floor.items() if name in paths}
-        self._ways: dict[tuple[object, ...], Floats] = {}
+        #: with each way its drive: while that lives, no other one has its id
+        self._ways: dict[tuple[object, ...], tuple[Drive, Floats]] = {}
 
     def _predict(
         self,
@@ -77,8 +78,8 @@ class Simulated(Predictor):
         if key not in self._ways:
             if len(self._ways) >= KEPT:
                 self._ways.pop(next(iter(self._ways)))
-            self._ways[key] = self._simulate(drive, values)
-        return self._ways[key]
+            self._ways[key] = drive, self._simulate(drive, values)
+        return self._ways[key][1]
 
     def _simulate(self, drive: Drive, values: Mapping[str, Any]) -> Floats:
         floats = {name: float(value) for name, value in values.items()}

@@ -9,7 +9,6 @@ from rems_net.recordings.csv_file import heading
 from rems_net.recordings.export.lines import cells, line
 from rems_net.recordings.table import Table
 from rems_net.sweeps.factors import quantities
-from rems_net.sweeps.measures import Measure
 from rems_net.sweeps.work import Row, Run
 
 #: name and unit of each column, and its value in each row; None if it has none
@@ -68,8 +67,3 @@ def _array(values: list[Any]) -> np.ndarray[Any, Any]:
             return np.array([np.nan if v is None else float(v) for v in values])
         return np.array(values)
     return np.array(["" if one is None else str(one) for one in values], dtype=object)
-
-
-def named(some: Iterable[Measure]) -> list[str]:
-    """Return the names of measures."""
-    return [one.name for one in some]

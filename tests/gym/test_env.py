@@ -24,6 +24,7 @@ from rems_net import Definition, Experiment, In, Out, Schema  # noqa: E402
 from rems_net.cli import main  # noqa: E402
 from rems_net.drivers.kinematic.kinematic import Kinematic  # noqa: E402
 from rems_net.errors import ExperimentError, FieldValueError, SchemaError  # noqa: E402
+from rems_net.gym.vector import AsColumns, AsEngines, AsStages  # noqa: E402
 from rems_net.units import array, boolean, choice, integer, length, text  # noqa: E402
 from tests.gym.labs import COMMAND, ROBOTS, SENSORS, STATE, alone, made  # noqa: E402
 
@@ -216,6 +217,9 @@ MISTAKES = [
     ({"ends": "x > "}, "it is no expression"),
     ({"ends": "x > 1 m and y"}, "'y' is a number, neither true nor false; compare it"),
     ({"ends": "not x"}, "'x' is a number, neither true nor false; compare it"),
+    ({"ends": "x"}, "it is a number, neither true nor false"),
+    ({"act": 5}, "act is 5; expected a key or a list of different keys"),
+    ({"start": ["x"]}, "expected ranges of initial values, such as"),
     ({"reward": "x" + " + x" * 1000}, "it is no text of at most 1000 characters"),
     ({"reward": 5}, "it is no text of at most 1000 characters"),
     ({"reward": "x if y else 0"}, "cannot be calculated here"),
@@ -294,6 +298,7 @@ BAD = [
     ([[1.0], 2.0], "the action has the shape (); expected (2,)"),
     ([9.0, 0.0], "is 9 rad/s; expected -7.3 to 7.3 rad/s. To limit it"),
     ([np.nan, 0.0], "is nan rad/s; expected -7.3 to 7.3 rad/s. Does the policy"),
+    ([10**400, 0.0], "the action has the shape (); expected (2,)"),
 ]
 
 
@@ -305,6 +310,38 @@ def test_a_bad_action_is_one_sentence(action: Any, sentence: str) -> None:
         env.step(action)
     assert sentence in str(caught.value)
     env.step(np.array([1.0, 1.0]))  # nothing has happened
+    many = made(alone(), vector=2)
+    many.reset(seed=1)
+    with pytest.raises(FieldValueError, match=r"of the action is|has the shape"):
+        many.step([action, action])
+
+
+class Odd(rems_net.gym.Task):
+    """A task that gives a text as a reward."""
+
+    def reward(self, now: Any, before: Any) -> Any:
+        """Return no number."""
+        return "much"
+
+
+@pytest.mark.parametrize("vector", [0, 2])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"recrod": "runs/a"}, "expected record or start. Did you mean 'record'?"),
+        ({"start": {"robot/smi": {"x": 0.1}}}, "Did you mean 'robot/sim'?"),
+        ({"start": [0.1]}, "is [0.1]; expected initial values by robot, such as"),
+        (None, "Odd: reward() returned 'much', and ends() False; expected a number"),
+    ],
+)
+def test_an_odd_episode_is_one_sentence(
+    vector: int, options: Any, sentence: str
+) -> None:
+    env = made(alone(), vector=vector, task=Odd)
+    actions = np.ones((2, 2)[not vector :])
+    with pytest.raises(ExperimentError) as caught:
+        _ = env.reset(seed=1, options=options), env.step(actions)
+    assert sentence in str(caught.value)
 
 
 def test_clipped_actions_and_a_step_too_early() -> None:
@@ -388,14 +425,22 @@ def test_a_start_in_another_robot_is_one_sentence(driver: str) -> None:
 
 
 def test_many_at_once_are_as_many_alone() -> None:
-    """As columns, and by threads: to the last bit, over the ends of episodes."""
+    """To the last bit, over the ends of episodes; a command that is too old ends."""
     pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     start = {"robot/sim.heading": "-180..180 deg"}
-    more: dict[str, Any] = {"start": start, "limit": "60 ms"}
-    more = {**more, "reward": "x - before.x", "normalise": True}
-    for driver, noise in (("kinematic", False), ("kinematic", True), ("mujoco", True)):
-        lab = alone(driver=driver, options={"noise": noise})
+    usual = {"start": start, "reward": "x - before.x", "normalise": True}
+    late = {"parameters": {"actuation/lag": "90 ms"}}
+    for driver, ticks, robot, kind in (
+        ("kinematic", 1, {}, AsColumns),
+        ("kinematic", 60, {}, AsStages),
+        ("kinematic", 1, late, AsStages),
+        ("mujoco", 3, {"every": 3}, AsStages),
+        ("mujoco", 60, {**late, "options": {"noise": True}}, AsEngines),
+    ):
+        lab, more = alone(driver=driver, **robot), {**usual, "ticks": ticks}
+        more["limit"] = 0.06 * ticks
         many, ones = made(lab, vector=3, **more), [made(lab, **more) for _ in range(3)]
+        assert type(many._many) is kind
         found, _ = many.reset(seed=7)
         rows = [one.reset(seed=7 + n)[0] for n, one in enumerate(ones)]
         assert found.tolist() == np.array(rows).tolist()

@@ -47,6 +47,16 @@ def holds(found: Fit, true: Mapping[str, float]) -> None:
         assert abs(found.values[name] - value) <= found.half[name]
 
 
+def test_a_drive_that_is_gone_is_not_taken_for_another() -> None:
+    """As those with a turned sign, which only one check predicts."""
+    predictor, time = Simulated(Woodbot, OPEN, "mujoco"), 0.1 * np.arange(6.0)
+    state = {path: np.zeros(6) for path in ("x", "y", "heading")}
+    for share in (1.0, -1.0, 1.0):
+        command = {path: np.full(6, share) for path in ("wheel/left", "wheel/right")}
+        way = predictor._way(Drive("one", time, command, state), {})
+        assert way[0, -1] * share > 0.01
+
+
 @pytest.mark.slow  # 60 simulations of 10 s
 @pytest.mark.timeout(900)
 def test_mass_and_friction_are_found() -> None:

@@ -212,7 +212,8 @@ class Solo:
     def put_at(self, inlet: Inlet, values: Mapping[str, Any]) -> None:
         """Put a value at an In of `inlet()`, without a look at its key."""
         inlet.put(values, self.n)
-        self._here().given[inlet.key] = self.n
+        if (engine := self._here()).visits.recorders:  # it is noted when it is taken
+            engine.given[inlet.key] = self.n
 
     def inlet(self, key: str) -> Inlet:
         """Return an In that no agent writes. Raises ExperimentError for any other."""

@@ -98,23 +98,25 @@ class _Engine:
         # Views of MuJoCo's own arrays: looking them up takes longer than using them.
         self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)
         self._qvel, self._ctrl = self._data.qvel, self._data.ctrl
-        self._bodies = np.array([one.body for one in self.instances])
-        motors = [np.r_[one.motors] for one in self.instances]
-        self._motors = np.concatenate(motors).astype(int)
+        self._bodies = _places([one.body for one in self.instances])
+        self._motors = _places([n for one in self.instances for n in np.r_[one.motors]])
         #: each body's base and its links' geoms: its rays must not meet them
         self._own = [(one.body, one.geoms) for one in self.instances]
         self._seen = np.ones(6, np.uint8)
         self._seen[UNSEEN] = 0
         self._free = np.flatnonzero([one.free for one in self.instances])
         first = [self.instances[n].dofs.start for n in self._free]
-        self._turning = np.array(first, int)[:, None, None] + [[3], [4], [5]]
+        self._turning = _places([dof + axis for dof in first for axis in (3, 4, 5)])
         self._hit = np.zeros(1, np.int32)
+        #: s. The engine's present step.
+        self._step = 0.0
 
     def command(self, targets: Sequence[Sequence[float]]) -> None:
         self._ctrl[self._motors] = [*chain.from_iterable(targets)]
 
     def advance(self, h: float, count: int) -> None:
-        self._model.opt.timestep = h
+        if h != self._step:  # setting it takes as long as half a step
+            self._model.opt.timestep = self._step = h
         self._mujoco.mj_step(self._model, self._data, count)
         if any(self._warned.tolist()):
             self._give_up()
@@ -135,14 +137,13 @@ class _Engine:
         )
 
     def poses(self) -> tuple[Array, Array]:
-        bodies = self._bodies
-        return self._xpos.take(bodies, axis=0), self._xmat.take(bodies, axis=0)
+        return self._xpos[self._bodies], self._xmat[self._bodies]
 
     def spins(self, rotations: Array) -> Array:
         # MuJoCo has a free joint's angular velocity in the body's own frame.
-        spins = self._qvel.take(self._turning)
-        if len(spins) < len(self._bodies):  # some are bolted down
-            moving, spins = spins, np.zeros((len(self._bodies), 3, 1))
+        spins = self._qvel[self._turning].reshape(-1, 3, 1)
+        if len(spins) < len(rotations):  # some are bolted down
+            moving, spins = spins, np.zeros((len(rotations), 3, 1))
             spins[self._free] = moving
         turned: Array = np.matmul(rotations, spins)[:, :, 0]
         return turned
@@ -306,3 +307,9 @@ def _counted(warning: str) -> None:
 def _run(numbers: Any) -> slice:
     """Return consecutive numbers as a slice, with which arrays are views."""
     return slice(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else slice(0, 0)
+
+
+def _places(numbers: Sequence[int]) -> Any:
+    """Return numbers as a slice if they are consecutive: it is the quickest index."""
+    found = np.array(numbers, int)
+    return _run(found) if (np.diff(found) == 1).all() else found

@@ -4,10 +4,11 @@ Every engine gets the same `Body`, moves it, and returns its pose; steps, state 
 sensors are computed here, the same way for all engines.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from rems_net.agents.ports import Settings
+from rems_net.agents.tick import Tick
 from rems_net.bodies import sensors
 from rems_net.bodies.body import Arena, Body, Embodied, Hinge, Joint, lump
 from rems_net.bodies.files.built import built
@@ -154,6 +155,13 @@ class Physics(Simulated):
     def drive(self, command: DefDict, dt: float) -> None:
         """Advance the physics by `dt` seconds, with the motors at the command."""
         self._world.drive([self.member.targets(command)], dt)
+
+    def stepping(self, tick: Tick) -> Iterator[Callable[[], None]]:
+        """Do `step`. Yields the engine's calculations, see `PhysicsWorld.driving`."""
+        self.obey(tick)
+        targets = self.member.targets(self.acting(tick.dt))
+        yield from self._world.driving([targets], tick.dt)
+        self.sense()
 
     def sense(self) -> None:
         """Read position and sensors from the world."""

@@ -7,6 +7,7 @@ robots a processor's cache is empty, and less memory to read means less time.
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -66,9 +67,11 @@ class Moment:
         """Prepare the arrays for all rays that were added."""
         rays = [(n, *ray) for n, some in enumerate(self._rays) for ray in some]
         self._bodies = [body for body, _, _, _ in rays]
-        self._carriers = np.array(self._bodies * 2, int)
-        both = [at for _, at, _, _ in rays] + [way for _, _, way, _ in rays]
-        self._both = np.array(both, float).reshape(-1, 3, 1)
+        # Of one body alone no copies are made.
+        several = len(self._rays) > 1
+        self._carriers: Any = np.array(self._bodies) if several else slice(None)
+        both = [[at for _, at, _, _ in rays], [way for _, _, way, _ in rays]]
+        self._both = np.array(both, float).reshape(2, -1, 3, 1)
         self._reaches = [reach for _, _, _, reach in rays]
         ends = np.cumsum([0, *map(len, self._rays)]).tolist()
         self._own = [*map(slice, ends, ends[1:])]
@@ -90,9 +93,9 @@ class Moment:
             )
             self.spins = spins[:, 0].tolist()
         if self._bodies:
-            turns = self.rotations.take(self._carriers, axis=0)
-            starts, ways = np.matmul(turns, self._both)[:, :, 0].reshape(2, -1, 3)
-            starts = self.positions.take(self._bodies, axis=0) + starts
+            turns = self.rotations[self._carriers]
+            starts, ways = np.matmul(turns, self._both)[:, :, :, 0]
+            starts = self.positions[self._carriers] + starts
             found = self.engine.rays(self._bodies, starts, ways, self._reaches)
             self.distances = [found[own] for own in self._own]
 

@@ -88,12 +88,23 @@ class PhysicsWorld:
 
     def drive(self, targets: Sequence[Sequence[float]], dt: float) -> None:
         """Advance by `dt` seconds, with the motors of each robot at its targets."""
+        for calculate in self.driving(targets, dt):
+            calculate()
+
+    def driving(
+        self, targets: Sequence[Sequence[float]], dt: float
+    ) -> Iterator[Callable[[], None]]:
+        """Do `drive`, and yield the engine's calculations instead of making them.
+
+        The caller makes each before it takes the next one; other worlds may make theirs
+        at the same time, in other threads.
+        """
         engine = self._running()
         # In binary, dt is seldom an exact multiple: ignore a millionth of a step.
         count = max(1, ceil(dt / self._step - 1e-6))
         for some in self._blocks(count):
             self._command(engine, targets, dt / count * some)
-            engine.advance(dt / count, some)
+            yield partial(engine.advance, dt / count, some)
             self._now.look()
             for member in self.members:
                 member.follow()
