@@ -10,10 +10,13 @@ import numpy as np
 from rems_net.bodies.parts import Array
 from rems_net.films.model import Scene
 from rems_net.kinematics.pose import Pose
-from rems_net.recordings.comparison import FAR, unit_factor
+from rems_net.recordings.comparison import unit_factor
 from rems_net.recordings.csv_file import named
 from rems_net.recordings.recording import Recording
 from rems_net.recordings.table import Columns
+
+#: m or rad. A larger value is not drawn: the robot has run away.
+FAR = 1e6
 
 
 class Curves:

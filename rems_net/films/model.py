@@ -7,16 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from math import floor, log10, pi, tan
+from math import floor, log10
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.bodies.arena import WALL_PIECES, WALL_THICKNESS
+from rems_net.bodies.arena import Arena
 from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
+from rems_net.drivers.physics.mjcf import section
 from rems_net.drivers.physics.pictures import looks
+from rems_net.drivers.physics.pictures.dress import add_light
 from rems_net.drivers.physics.pictures.painter import Painter
 from rems_net.kinematics.pose import Pose
 from rems_net.libraries import load
@@ -39,10 +42,10 @@ SHRUNK = 0.98
 #: width of a trail as a share of the reach of all
 WIDE = 0.003
 #: pixels, in each direction, in which shadows are computed
-SHADOWS = 4096
+SHADOWS = 2048
 #: as shares of the reach of all: half of the floor's edge, and the distance from the
 #: light in which there are shadows; a floor that reaches further is spotted there
-FLOOR, SHADED_TO = 2.5, 4.0
+FLOOR, SHADED_TO = 2.0, 3.0
 
 
 class DrawnModel:
@@ -50,7 +53,14 @@ class DrawnModel:
 
     def __init__(self) -> None:
         self.mujoco = load("mujoco", "mujoco")
-        self._spec = spec = self.mujoco.MjSpec()
+        root = Element("mujoco")
+        add_light(root)
+        floor = {"type": "plane", "size": "1 1 1", "material": "tiles"}
+        SubElement(section(root, "worldbody"), "geom", floor)
+        self._spec = spec = self.mujoco.MjSpec.from_string(tostring(root, "unicode"))
+        spec.lights[0].castshadow = True
+        spec.visual.quality.offsamples, spec.visual.quality.shadowsize = 4, SHADOWS
+        spec.visual.map.shadowclip = SHADED_TO
         #: by body, the number of the first of its joints; of all joints, the positions
         self._first: dict[str, int] = {}
         self._wanted: list[float] = []
@@ -58,35 +68,6 @@ class DrawnModel:
         self._ends: list[tuple[str, Any, str, Any]] = []
         self._free: list[int] = []
         self._trails: list[range] = []
-        light = spec.worldbody.add_light(
-            type=self.mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, castshadow=True
-        )
-        light.dir = [-part for part in looks.LIGHT]
-        light.diffuse = [looks.DIFFUSE] * 3
-        light.ambient = light.specular = [0.0] * 3
-        head = spec.visual.headlight
-        head.ambient, head.diffuse = [looks.AMBIENT] * 3, [0.0] * 3
-        head.specular = [0.0] * 3
-        spec.visual.quality.shadowsize = SHADOWS
-        spec.visual.map.shadowclip = SHADED_TO
-        self._floor()
-
-    def _floor(self) -> None:
-        """Add the sky, and a floor with tiles."""
-        spec, types = self._spec, self.mujoco.mjtTexture
-        flat, checker = (
-            self.mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-            self.mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        )
-        sky = {"type": types.mjTEXTURE_SKYBOX, "builtin": flat}
-        spec.add_texture(**sky, rgb1=looks.SKY, width=16, height=16)
-        tiles = {"type": types.mjTEXTURE_2D, "builtin": checker, "name": "tiles"}
-        first, second = looks.TILES
-        spec.add_texture(**tiles, rgb1=first, rgb2=second, width=64, height=64)
-        paint = spec.add_material(name="tiles", texuniform=True, specular=0.0)
-        paint.textures[self.mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
-        plane = self.mujoco.mjtGeom.mjGEOM_PLANE
-        spec.worldbody.add_geom(type=plane, size=[0, 0, 0.01], material="tiles")
 
     def place(self, name: str, scene: Scene) -> None:
         """Add the walls of a place."""
@@ -98,11 +79,8 @@ class DrawnModel:
 
     def ring(self, radius: float, height: float) -> None:
         """Add a round wall about the origin."""
-        size = WALL_THICKNESS, 2 * (radius + WALL_THICKNESS) * tan(pi / WALL_PIECES)
-        for turn in np.arange(WALL_PIECES) * 2 * pi / WALL_PIECES:
-            rows = upright(float(turn))
-            at = rows @ (radius + WALL_THICKNESS / 2, 0.0, height / 2)
-            box = {"box": (*size, height), "at": at, "turn": rows}
+        for wall in Arena(radius, height).walls():
+            box = {"box": wall.size, "at": wall.at, "turn": upright(wall.yaw)}
             self._solid(self._spec.worldbody, "", box, (*looks.WALL, 1.0))
 
     def body(self, name: str, scene: Scene, ink: Ink, meshes: str = "") -> None:

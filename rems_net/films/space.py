@@ -155,8 +155,7 @@ def _add_places(model: DrawnModel, scenes: Mapping[str, Scene]) -> None:
         model.place(key, place)
         rings[place.get("radius", 0.0)] = place.get("height", 0.1)
     for radius, height in rings.items():
-        if radius:
-            model.ring(radius, height)
+        model.ring(radius, height)
 
 
 def _ghosts(robots: Sequence[Actor]) -> list[Actor]:
