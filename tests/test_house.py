@@ -111,11 +111,14 @@ ROOMS: dict[str, set[str]] = {
     "cable": BASE | {"router", "drivers", "drivers/hardware"},
     "testing": WORDS
     | {"agents/protocol", "agents/experiment", "drivers/hardware", "emulators"},
+    # Recordings in 3-D: the scenes of the page, drawn as the pictures of cameras.
+    "films": WORDS | {"dashboard", "drivers", "drivers/physics"},
     "cli": WORDS
     | {"agents/protocol", "agents/clock", "agents/experiment"}
     | {
         "client",
         "dashboard",
+        "films",
         "identification",
         "firmware",
         "cable",

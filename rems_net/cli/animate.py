@@ -1,9 +1,10 @@
-"""`rems animate DIR`: a film of a run that is over, seen from above."""
+"""`rems animate DIR`: a film of a run that is over, from above or in 3-D."""
 
 import argparse
+from contextlib import closing
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, recording_of, show_path
+from rems_net.cli.options import add_like, add_run, console, recording_of, show_path
 from rems_net.errors import ExperimentError
 
 EXAMPLES = """\
@@ -11,6 +12,7 @@ examples:
   rems animate                          the newest run, as an animated PNG
   rems animate runs/lab/run.mcap --speed 4
   rems animate runs/lab --out lab.gif   or .webp, or .mp4 where ffmpeg is
+  rems animate runs/lab --3d            bodies in their arena, by MuJoCo's renderer
 """
 
 
@@ -19,6 +21,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     add_like(parser)
     parser.add_argument(
         "--speed", metavar="X", type=float, default=1.0, help="times as fast (1)"
+    )
+    parser.add_argument(
+        "--3d", dest="space", action="store_true", help="in 3-D (from above)"
     )
     parser.add_argument(
         "--out",
@@ -36,8 +41,17 @@ def run(args: argparse.Namespace) -> int:
         raise ExperimentError(
             f"--speed is {args.speed:g}; expected a number above 0, such as 4. (R0842)"
         )
+    out = console(args)
     try:
-        recording.animate(path, speed=args.speed)
+        with out.status("film") as status:  # shown on a terminal only
+            if args.space:
+                from rems_net.films.space import InSpace
+                from rems_net.recordings.animation.film import film
+
+                with closing(InSpace(recording)) as view:
+                    film(view, recording.folder.name, path, args.speed, status.update)
+            else:
+                recording.animate(path, speed=args.speed, progress=status.update)
     except OSError as error:
         raise ExperimentError(
             f"cannot write {path}: {error.strerror}. (R0905)"

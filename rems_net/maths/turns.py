@@ -7,6 +7,7 @@ has far more bits than one float.
 """
 
 from functools import cache
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -39,12 +40,12 @@ _known: tuple[float, tuple[float, float]] = (0.0, (0.0, 1.0))
 
 def sin(x: Any) -> Any:
     """Return the sine of x rad."""
-    return _sine(x, 0) if type(x) is float else spread(sin, _sines, x)
+    return _pair(x)[0] if type(x) is float else spread(sin, _sines, x)
 
 
 def cos(x: Any) -> Any:
     """Return the cosine of x rad."""
-    return _sine(x, 1) if type(x) is float else spread(cos, _cosines, x)
+    return _pair(x)[1] if type(x) is float else spread(cos, _cosines, x)
 
 
 def sincos(x: Any) -> tuple[Any, Any]:
@@ -53,15 +54,15 @@ def sincos(x: Any) -> tuple[Any, Any]:
     if type(x) is float:
         angle, found = _known
         if x is not angle:
-            found = _sine(x, 0), _sine(x, 1)
+            found = _pair(x)
             _known = x, found
         return found
     if type(x) is not np.ndarray or x.dtype != np.float64:
         return sin(x), cos(x)
     if x.size > FEW:
         return _both(x)
-    some = x.ravel().tolist()
-    both = np.array([[_sine(y, more) for y in some] for more in (0, 1)])
+    pairs = chain.from_iterable(map(_pair, x.ravel().tolist()))
+    both = np.fromiter(pairs, np.float64, 2 * x.size).reshape(-1, 2).T.copy()
     return both[0].reshape(x.shape), both[1].reshape(x.shape)
 
 
@@ -79,8 +80,8 @@ def tan(x: Any) -> Any:
     return -_quotient(cosine, sine) if int(quarters) & 1 else _quotient(sine, cosine)
 
 
-def _sine(x: float, more: int) -> float:
-    """Return the sine of x plus `more` quarter turns.
+def _pair(x: float) -> tuple[float, float]:
+    """Return sine and cosine of x.
 
     All in one function, since a call costs as much as six products. Each operation is
     the same as for arrays.
@@ -100,19 +101,19 @@ def _sine(x: float, more: int) -> float:
     else:
         quarters, y, tail = _exactly(x)
         if y != y:
-            return y
+            return y, y
         z = y * y
-    turn = int(quarters) + more
+    r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
+    h = 0.5 * z
+    w = 1.0 - h
+    cosine = w + (((1.0 - w) - h) + (z * r - y * tail))
+    r = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
+    v = z * y
+    sine = y - ((z * (0.5 * tail - v * r) - tail) - v * S1)
+    turn = int(quarters)
     if turn & 1:
-        r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
-        h = 0.5 * z
-        w = 1.0 - h
-        result = w + (((1.0 - w) - h) + (z * r - y * tail))
-    else:
-        r = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
-        v = z * y
-        result = y - ((z * (0.5 * tail - v * r) - tail) - v * S1)
-    return -result if turn & 2 else result
+        sine, cosine = cosine, -sine
+    return (-sine, -cosine) if turn & 2 else (sine, cosine)
 
 
 def _rest(x: Any) -> tuple[Any, Any, Any]:

@@ -1,22 +1,41 @@
 """`rems animate`: a film of a run, looked at by its pixels."""
 
 import shutil
+from contextlib import closing
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from rems_net import Experiment
+from rems_net import Experiment, YoubotArm, read
 from rems_net.agents.experiment.show import Show
+from rems_net.bodies.tree import Tree
 from rems_net.cli import main
+from rems_net.drivers.physics.pictures import painter
+from rems_net.errors import MissingPartError
+from rems_net.films.model import DrawnModel
+from rems_net.films.space import InSpace
 from rems_net.recordings.animation.film import SIZE
 from rems_net.recordings.picture import COLOURS
+from rems_net.robots.scaler import Scaler
+from rems_net.scenes.view import of_body
 from tests.commands import ROOT
 
 Image: Any = pytest.importorskip(
     "PIL.Image", reason="Pillow is not installed (an extra)"
 )
+
+
+@pytest.fixture(scope="module")
+def renderer() -> None:
+    try:
+        painter.look_for_renderer()
+    except MissingPartError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +119,98 @@ def test_mistakes(
     err = capsys.readouterr().err
     assert says in err
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("renderer")
+def test_in_space(run: Path) -> None:
+    """Robots are where they are from above, seen from the right and from behind."""
+    path = run / "space.png"
+    words = ["--3d", "--speed", "4", "--out", str(path)]
+    assert main(["animate", str(run), *words]) == 0
+    with Image.open(path) as film:
+        assert (film.size, film.n_frames) == (SIZE, 11)
+        pictures = []
+        for k in (0, 10):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB"))[60:].astype(int))
+    first, last = (np.argwhere(p[:, :, 0] > p[:, :, 2] + 90) for p in pictures)
+    assert len(first) > 100  # the second robot is orange; it is a ghost, but apart
+    assert last.mean(axis=0)[1] > first.mean(axis=0)[1] + 10
+
+
+@pytest.mark.usefixtures("renderer")
+def test_a_place(tmp_path: Path) -> None:
+    """A robot on a ramp leans, as one bolted down it is where its place is."""
+    rows = "time [s],command/wheel/left [%],command/wheel/right [%]\n2,80,80\n"
+    (tmp_path / "keys.csv").write_text(rows, encoding="utf-8")
+    lab = Experiment("place", dt="50 ms", duration="2 s", folder=tmp_path)
+    lab.input("keys", "csv", options={"file": "keys.csv"})
+    ramp = {"name": "ramp", "length": 0.4, "width": 0.4, "height": 0.1, "x": 0.3}
+    ball = {"name": "ball", "radius": 0.05, "x": -0.5, "y": 0.4, "mass": 0.1}
+    lab.world("arena", options={"size": [2.0, 1.6], "ramps": [ramp], "balls": [ball]})
+    starts = {"bot": {"x": 0.2}, "arm": {"y": 0.5}}
+    about: Any = {"command": "input/keys", "world": "arena", "initial": starts["bot"]}
+    lab.robot("bot", "woodbot", "mujoco", **about)
+    lab.robot("arm", YoubotArm, "mujoco", world="arena", initial=starts["arm"])
+    lab.run(tmp_path / "run", direct=True, show=Show())
+    with closing(InSpace(read(tmp_path / "run" / "run.mcap"))) as space:
+        pictures = [space.picture(now) for now in (space.begin, space.end)]
+        there = [
+            space.model.data.body(name)
+            for name in ("robot/bot", "robot/arm", "world/arena/ball")
+        ]
+        bot, arm, sphere = there
+        x, _, z = bot.xpos
+        height = 0.02 * sqrt(17) / 4 + (x - 0.3) / 4  # of a wheel's middle on a slope
+        assert z == pytest.approx(height, abs=2e-3)
+        assert bot.xmat[6] == pytest.approx(1 / sqrt(17), abs=1e-6)
+        assert arm.xpos[:2] == pytest.approx([0, 0.5])
+        assert sphere.xpos == pytest.approx([-0.5, 0.4, 0.05], abs=2e-3)
+    assert pictures[0].shape == (SIZE[1], SIZE[0], 3)
+    red = (pictures[0].astype(int) @ [2, -1, -1] > 200).sum()
+    assert 50 < red < 5000  # the ball
+
+
+@given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
+@settings(deadline=None, max_examples=20)
+def test_links(shoulder: float, top: float, bottom: float) -> None:
+    """They are where the body's own mathematics has them, also in closed loops."""
+    pytest.importorskip("mujoco")
+    tree, scene = Tree(Scaler("bot").body()), of_body(Scaler("bot").body())
+    wanted = {"left/shoulder": shoulder, "left/top": top, "left/bottom": 1.57 + bottom}
+    model = DrawnModel()
+    model.body("bot", scene, (1, 0, 0, 1))
+    model.build()
+    for number, link in enumerate(scene["links"]):
+        model.bend("bot", number, wanted.get(link["field"], 0.0))
+    model.move()
+    motors = {
+        number: wanted.get(link["field"], 0.0)
+        for number, link in enumerate(scene["links"])
+        if link["field"]
+    }
+    places, _ = tree.places(tree.closed(motors))
+    for number, place in enumerate(places):
+        drawn = model.data.body(f"bot {number}").xpos
+        assert drawn == pytest.approx(place, abs=1e-3)
+
+
+def test_nothing_in_space(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file of another program describes no robot; and there may be no renderer."""
+    rows = "time [s],state/x [m],state/y [m],state/heading [rad]\n0.1,0,0,0\n"
+    (tmp_path / "bot.csv").write_text(rows, encoding="utf-8")
+
+    def missing() -> None:
+        raise OSError("libEGL.so.1 is not there")
+
+    for fault, says in ((None, "does not describe a robot"), (missing, "libEGL.so.1")):
+        if fault is not None:
+            painter.look_for_renderer.cache_clear()
+            monkeypatch.setattr(painter, "_draw_something", fault)
+        assert main(["animate", str(tmp_path), "--3d"]) == 2
+        err = capsys.readouterr().err
+        assert says in err or fault is None
+        assert len(err.splitlines()) == 1
+        assert (fault is None) or "leave out --3d" in err

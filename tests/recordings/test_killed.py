@@ -68,6 +68,9 @@ def end_with(folder: Path, host: str, tick: int) -> None:
     told = Told(kill_at(host, tick, seen))
     with pytest.raises(AgentError, match="killed by signal 9"):
         recorded(100).run(folder, pace=4, show=told)
+    if host.startswith("output"):
+        (said,) = told.of("exit")
+        assert said.startswith("run.mcap was left without its end; it has one now")
     (done,) = seen
     # The tick at a full second is the first of the next chunk.
     check(folder / "run.mcap", max(0, done // SECOND * SECOND - 1))

@@ -45,11 +45,14 @@ def scenes_of(told: Manifest, folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _robot(table: Table, start: Start | None, folder: Path) -> dict[str, Any]:
-    definition = str(table.get("definition", ""))
-    found = {"made_of": definition.rpartition(":")[2]}
-    if definition in OURS:
+    module, _, name = str(table.get("definition", "")).rpartition(":")
+    found = {"made_of": name}
+    for ours in OURS:
+        room, _, named = ours.partition(":")
+        if named != name or not f"{module}.".startswith(f"{room}."):
+            continue
         with suppress(Exception):  # any file can name any settings
-            cls: Any = registry.load(definition, folder)
+            cls: Any = registry.load(ours, folder)
             slots = {slot: table.get(slot) for slot in ("parameters", "initial")}
             robot = cls("recorded", **slots)
             robot.prepare()

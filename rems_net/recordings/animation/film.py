@@ -1,17 +1,18 @@
-"""A film of a recording: robots from above, with their trails. Needs Pillow."""
+"""A film of a recording, by the suffix of its file. Needs Pillow."""
 
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError, MissingPartError
 from rems_net.recordings.animation.stage import (
     FAR,
-    Stage,
     circle,
     outline,
     placed,
@@ -37,11 +38,32 @@ FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
 FFMPEG = ".mp4"
 
 
-def film(robots: Sequence[Trajectory], title: str, path: Path, speed: float) -> None:
-    """Draw where robots drive into an animated file, whose format is its suffix.
+class View(Protocol):
+    """Pictures of a recording at any time from `begin` to `end`, s.
 
-    speed: seconds of the recording in a second of the film. Raises MissingPartError
-    without Pillow or ffmpeg, ExperimentError for another format, OSError.
+    names: of the robots, in the order of their colours.
+    """
+
+    names: Sequence[str]
+    begin: float
+    end: float
+
+    def picture(self, now: float) -> NDArray[np.uint8]:
+        """Return the picture at a time [s], (height, width, 3) of SIZE."""
+
+
+def film(
+    view: View,
+    title: str,
+    path: Path,
+    speed: float,
+    progress: Callable[[str], object] = len,
+) -> None:
+    """Write an animated file, whose format is its suffix.
+
+    speed: seconds of the recording in a second of the film.  progress: gets a line
+    for each picture. Raises MissingPartError without Pillow or ffmpeg, ExperimentError
+    for another format, OSError.
     """
     suffix = path.suffix.lower()
     if suffix not in (*FORMATS, FFMPEG):
@@ -49,31 +71,18 @@ def film(robots: Sequence[Trajectory], title: str, path: Path, speed: float) -> 
             f"{path.name} has no format that is known; expected a name that ends with "
             f"{', '.join(FORMATS)} or {FFMPEG}. (R0842)"
         )
-    if not robots:
-        raise ExperimentError(
-            "no robot of this recording has x, y and heading, so there is nothing to "
-            "animate; draw its fields: rems plot. (R0845)"
-        )
-    pictures = _pictures(robots, title, speed)
+    pictures = _pictures(view, title, speed, progress)
     if suffix == FFMPEG:
         _mp4(pictures, path)
         return
-    first, *rest = pictures
+    first = next(pictures)
     name, how = FORMATS[suffix]
     lasts = round(1000 / RATE)
-    if suffix == ".gif":
-        first, rest = _few_colours([first, *rest])
-    # Loop 0: for ever.
-    first.save(
-        path, name, save_all=True, append_images=rest, duration=lasts, loop=0, **how
-    )
-
-
-def _few_colours(pictures: list[Any]) -> tuple[Any, list[Any]]:
-    """Return pictures with one palette, so that a GIF stores what changes only."""
-    first, *rest = pictures
-    palette = first.quantize(128)
-    return palette, [one.quantize(palette=palette, dither=0) for one in rest]
+    if suffix == ".gif":  # one palette, so that it stores only what changes
+        first = first.quantize(128)
+        pictures = (one.quantize(palette=first, dither=0) for one in pictures)
+    how = {"save_all": True, "append_images": [*pictures], **how}
+    first.save(path, name, duration=lasts, loop=0, **how)  # 0: for ever
 
 
 def _mp4(pictures: Iterator[Any], path: Path) -> None:
@@ -98,8 +107,32 @@ def _mp4(pictures: Iterator[Any], path: Path) -> None:
         )
 
 
-def _pictures(robots: Sequence[Trajectory], title: str, speed: float) -> Iterator[Any]:
+def _pictures(
+    view: View, title: str, speed: float, progress: Callable[[str], object]
+) -> Iterator[Any]:
     """Yield the pictures of a film."""
+    image, draw, fonts = _pillow()
+    count = int(np.ceil((view.end - view.begin) / speed * RATE)) + 1
+    if count > MOST:
+        raise ExperimentError(
+            f"that is a film of {count} pictures, and {MOST} is the most; make it "
+            f"faster: --speed {np.ceil(speed * count / MOST):g} (R0842)"
+        )
+    font = fonts.load_default(13)
+    times = np.minimum(view.begin + np.arange(count) * speed / RATE, view.end)
+    for number, now in enumerate(times.tolist(), 1):
+        picture = image.fromarray(view.picture(now))
+        pen = draw.Draw(picture)
+        pen.text((8, 8), title, INK, font)
+        for i, name in enumerate(view.names[:NAMED] if len(view.names) > 1 else ()):
+            pen.text((8, 26 + 16 * i), name, COLOURS[i % len(COLOURS)], font)
+        pen.text((SIZE[0] - 8, 8), f"{now:.2f} s", INK, font, "ra")
+        yield picture
+        progress(f"picture {number} of {count}")
+
+
+def _pillow() -> tuple[Any, Any, Any]:
+    """Return Pillow's modules. Raises MissingPartError."""
     try:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError as error:
@@ -108,55 +141,67 @@ def _pictures(robots: Sequence[Trajectory], title: str, speed: float) -> Iterato
             or f"A film needs Pillow, which cannot be imported ({error}). Type: "
             'pip install "rems-net[animate]" (R0301)'
         ) from None
-    width, height = (SMOOTH * n for n in SIZE)
-    view, font = stage(robots, (width, height)), ImageFont.load_default(13 * SMOOTH)
-    ground = Image.new("RGB", (width, height), "white")
-    _scenery(ImageDraw.Draw(ground), robots, view, title, font)
-    drawn = [robot.drawn() for robot in robots]
-    begin = min(float(time[0]) for time, *_ in drawn)
-    end = max(float(time[-1]) for time, *_ in drawn)
-    count = int(np.ceil((end - begin) / speed * RATE)) + 1
-    if count > MOST:
-        raise ExperimentError(
-            f"that is a film of {count} pictures, and {MOST} is the most; make it "
-            f"faster: --speed {np.ceil(speed * count / MOST):g} (R0842)"
-        )
-    for now in np.minimum(begin + np.arange(count) * speed / RATE, end):
-        picture = ground.copy()
-        draw = ImageDraw.Draw(picture)
-        for i, (robot, (time, *pose)) in enumerate(zip(robots, drawn, strict=True)):
+    return Image, ImageDraw, ImageFont
+
+
+class FromAbove:
+    """Robots from above, with their trails."""
+
+    def __init__(self, robots: Sequence[Trajectory]):
+        """Raise ExperimentError if there is nothing to draw."""
+        if not robots:
+            raise ExperimentError(
+                "no robot of this recording has x, y and heading, so there is nothing "
+                "to animate from above; draw its fields by rems plot, or type rems "
+                "animate --3d. (R0845)"
+            )
+        self._robots = robots
+        self.names: Sequence[str] = [robot.name for robot in robots]
+        self._drawn = [robot.drawn() for robot in robots]
+        self.begin = min(float(time[0]) for time, *_ in self._drawn)
+        self.end = max(float(time[-1]) for time, *_ in self._drawn)
+        width, height = (SMOOTH * n for n in SIZE)
+        self._view = stage(robots, (width, height))
+
+    @cached_property
+    def _ground(self) -> Any:
+        """Things and walls, which do not move."""
+        image, draw, _ = _pillow()
+        robots, view = self._robots, self._view
+        ground = image.new("RGB", view.size, "white")
+        pen = draw.Draw(ground)
+        things = {
+            (name, corners.tobytes()): corners
+            for robot in robots
+            for name, corners in robot.around.items()
+            if len(corners) > 2
+        }
+        largest = sorted(things.values(), key=lambda c: -float(np.prod(np.ptp(c, 0))))
+        for corners in largest:
+            pen.polygon(view.at(corners), FAINT, WALL)
+        seen = max(view.size) / view.scale
+        for radius in {robot.arena for robot in robots} - {0.0}:
+            if radius <= FAR * seen:
+                pen.line(view.at(circle(radius)), WALL, 3 * SMOOTH)
+        return ground
+
+    def picture(self, now: float) -> NDArray[np.uint8]:
+        """Return the picture at a time [s]."""
+        image, draw, _ = _pillow()
+        picture, view = self._ground.copy(), self._view
+        pen = draw.Draw(picture)
+        for i, (robot, (time, *pose)) in enumerate(
+            zip(self._robots, self._drawn, strict=True)
+        ):
             colour = COLOURS[i % len(COLOURS)]
             x, y, heading = (float(np.interp(now, time, part)) for part in pose)
             gone = time < now
             trail = np.stack((np.r_[pose[0][gone], x], np.r_[pose[1][gone], y]), axis=1)
             if len(trail) > 1:
-                draw.line(view.at(trail), colour, 2 * SMOOTH, joint="curve")
+                pen.line(view.at(trail), colour, 2 * SMOOTH, joint="curve")
             body = view.at(placed(outline(robot), x, y, heading))
-            draw.line([*body, body[0]], colour, 2 * SMOOTH, joint="curve")
+            pen.line([*body, body[0]], colour, 2 * SMOOTH, joint="curve")
             if len(robot.outline):  # an arrow has a tip already
                 tip = np.array([[0.0, 0.0], [robot.outline[:, 0].max(), 0.0]])
-                draw.line(view.at(placed(tip, x, y, heading)), colour, 2 * SMOOTH)
-        draw.text((width - 8 * SMOOTH, 8 * SMOOTH), f"{now:.2f} s", INK, font, "ra")
-        yield picture.resize(SIZE, Image.Resampling.BOX)
-
-
-def _scenery(
-    draw: Any, robots: Sequence[Trajectory], view: Stage, title: str, font: Any
-) -> None:
-    """Draw what does not move: things, walls, names."""
-    things = {
-        (name, corners.tobytes()): corners
-        for robot in robots
-        for name, corners in robot.around.items()
-        if len(corners) > 2
-    }
-    for corners in sorted(things.values(), key=lambda c: -float(np.prod(np.ptp(c, 0)))):
-        draw.polygon(view.at(corners), FAINT, WALL)
-    seen = max(view.size) / view.scale
-    for radius in {robot.arena for robot in robots} - {0.0}:
-        if radius <= FAR * seen:
-            draw.line(view.at(circle(radius)), WALL, 3 * SMOOTH)
-    draw.text((8 * SMOOTH, 8 * SMOOTH), title, INK, font)
-    for i, robot in enumerate(robots[:NAMED] if len(robots) > 1 else ()):
-        place = (8 * SMOOTH, (26 + 16 * i) * SMOOTH)
-        draw.text(place, robot.name, COLOURS[i % len(COLOURS)], font)
+                pen.line(view.at(placed(tip, x, y, heading)), colour, 2 * SMOOTH)
+        return np.asarray(picture.resize(SIZE, image.Resampling.BOX))

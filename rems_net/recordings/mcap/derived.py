@@ -8,7 +8,7 @@ of them is read back.
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ FLOAT32 = 7
 #: bytes of a point
 POINT = 12
 _REAL = struct.Struct("<d")
+#: how a message begins that has a header: its form, and its time in s and ns
+_STAMPED = struct.Struct("<BBHII")
 #: definitions that others use
 TIME_TYPE = f"""{_LINE}
 MSG: builtin_interfaces/Time
@@ -186,10 +188,10 @@ class _Form:
             keys.append(key)
             places.append((len(out) - 4) // 8)
             out += bytes(7 * 8)
-        self._data, self._stamps = out, np.array(stamps)
+        self._data, self._stamps = out, np.array(stamps)[:, None] + [0, 1]
         #: by layout of the states: their keys, and where their numbers are
         self._groups = {
-            layout: (tuple(keys), np.array(places))
+            layout: (tuple(keys), np.add.outer((0, 1, 5, 6), places))
             for layout, (keys, places) in groups.items()
         }
 
@@ -197,15 +199,12 @@ class _Form:
         """Return the message with the poses of these messages, at a time [ns]."""
         data = bytearray(self._data)
         words = np.frombuffer(data, "<u4", len(data) // 4)
-        words[self._stamps] = time // 10**9
-        words[self._stamps + 1] = time % 10**9
+        words[self._stamps] = divmod(time, 10**9)
         reals = np.frombuffer(data, "<f8", (len(data) - 4) // 8, 4)
         for layout, (keys, at) in self._groups.items():
             rows = messages.table(keys, layout)
-            reals[at], reals[at + 1] = rows["x"], rows["y"]
-            # A turn about z: of a quaternion these are z and w.
-            sine, cosine = sincos(rows["heading"] / 2)
-            reals[at + 5], reals[at + 6] = sine, cosine
+            # A turn about z: of a quaternion sine and cosine are z and w.
+            reals[at] = rows["x"], rows["y"], *sincos(rows["heading"] / 2)
         return bytes(data)
 
 
@@ -220,7 +219,7 @@ class Picture:
         if self._key not in messages:
             return b""
         row = np.frombuffer(messages[self._key], self._layout)[0]
-        out = bytearray(struct.pack("<BBHII", 0, 1, 0, time // 10**9, time % 10**9))
+        out = bytearray(_stamp(time))
         put_text(out, self._key)
         put_text(out, "png")
         data = png(row[self._path])
@@ -241,16 +240,23 @@ class Cloud:
         self._key = key
         #: where the message has the distance, and the ray
         self._rays = [(layout.fields[path][1], *ray) for path, ray in rays.items()]
-        head = bytearray(12)
+        head = bytearray(_STAMPED.size)
         put_text(head, key.split("/")[1])
         head += bytes(-len(head) & 3) + (1).to_bytes(4, "little")
-        self._head = bytes(head[12:])
         fields = bytearray((3).to_bytes(4, "little"))
         for i, axis in enumerate("xyz"):
             put_text(fields, axis)
             fields += bytes(-len(fields) & 3)
             fields += struct.pack("<IB3xI", 4 * i, FLOAT32, 1)
-        self._fields = bytes(fields) + struct.pack("<B3xI", 0, POINT)
+        #: by the number of points: what is before them, and how they are packed
+        self._forms = [
+            (
+                bytes(head[_STAMPED.size :] + n.to_bytes(4, "little") + fields)
+                + struct.pack("<B3xIII", 0, POINT, POINT * n, POINT * n),
+                struct.Struct(f"<{3 * n}fB").pack,
+            )
+            for n in range(len(rays) + 1)
+        ]
 
     def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
@@ -262,11 +268,14 @@ class Cloud:
             (far,) = _REAL.unpack_from(message, place)
             if far < reach:
                 points += x + far * along_x, y + far * along_y, z + far * along_z
-        data = struct.pack(f"<{len(points)}f", *points)
-        width, size = (len(points) // 3).to_bytes(4, "little"), len(data)
-        head = struct.pack("<BBHII", 0, 1, 0, *divmod(time, 10**9)) + self._head
-        sizes = struct.pack("<II", size, size)
-        return b"".join((head, width, self._fields, sizes, data, b"\1"))
+        before, packed = self._forms[len(points) // 3]
+        return _stamp(time) + before + packed(*points, 1)
+
+
+@lru_cache(1)
+def _stamp(time: int) -> bytes:
+    """Return how a message with a header begins."""
+    return _STAMPED.pack(0, 1, 0, *divmod(time, 10**9))
 
 
 def put_text(out: bytearray, text: str) -> None:

@@ -151,4 +151,4 @@ def test_constant_memory_and_a_time_that_follows_the_chunks(tmp_path: Path) -> N
     assert late[1] < 0.35 * many["r1"][1]  # a tenth of the chunks, and what is fixed
     rows = (tmp_path / "r1.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 10_001
-    assert rows[-1] == f"100.0,-10000.0,{10_000 / 7!r}"
+    assert rows[-1] == f"100.0,{10_000 / 7!r},-10000.0"

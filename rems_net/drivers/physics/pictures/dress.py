@@ -31,7 +31,7 @@ def dress(root: Element, bodies: Sequence[Body], scene: Scene) -> None:
         _paint(one, colours[str(one.get("name"))])
     if not scene.mjcf:
         _paint(world, looks.WALL)
-        _add_light(root)
+        add_light(root)
 
 
 def _paint(body: Element, colour: Colour) -> None:
@@ -42,7 +42,8 @@ def _paint(body: Element, colour: Colour) -> None:
             geom.set("rgba", text([*colour, 1]))
 
 
-def _add_light(root: Element) -> None:
+def add_light(root: Element) -> None:
+    """Give a model light, a sky and the material `tiles`."""
     visual, asset = section(root, "visual"), section(root, "asset")
     ambient, diffuse = (text([share] * 3) for share in (looks.AMBIENT, looks.DIFFUSE))
     # No headlight: it moves with the camera, so it would not belong to the place.

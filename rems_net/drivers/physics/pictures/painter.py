@@ -30,6 +30,7 @@ class Painter:
     """Renderer; OpenGL wants all pictures drawn in the thread of the first one.
 
     cameras: of all bodies in the world      signs: its markers
+    depths: m. Things nearer or further away than these are not drawn.
     """
 
     def __init__(
@@ -39,9 +40,10 @@ class Painter:
         data: Any,
         cameras: Sequence[Camera],
         signs: Sequence[Sign] = (),
+        depths: tuple[float, float] = (NEAR, FAR),
     ):
         self._mujoco, self._model, self._data = mujoco, model, data
-        self._signs = signs
+        self._signs, (self._near, self._far) = signs, depths
         self._width = max((ideal(camera).width for camera in cameras), default=1)
         self._height = max((ideal(camera).height for camera in cameras), default=1)
         self._gl: Any = None
@@ -51,7 +53,9 @@ class Painter:
         mujoco, model = self._mujoco, self._model
         model.vis.global_.offwidth = self._width
         model.vis.global_.offheight = self._height
-        model.vis.map.zfar = FAR / model.stat.extent  # also how far floors are drawn
+        model.vis.map.zfar = (
+            self._far / model.stat.extent
+        )  # also how far floors are drawn
         self._thread = get_ident()
         self._gl = _backend(mujoco)(self._width, self._height)
         self._gl.make_current()
@@ -91,10 +95,10 @@ class Painter:
         return drawn[::-1]  # OpenGL's first row is the lowest
 
     def _aim(self, camera: Camera, eye: Array, ahead: Array, up: Array) -> None:
-        left, right, bottom, top = (NEAR * slope for slope in camera.edges)
+        left, right, bottom, top = (self._near * slope for slope in camera.edges)
         for one in self._scene.camera:  # two: one for each eye of a stereo view
             one.pos, one.forward, one.up = eye, ahead, up
-            one.frustum_near, one.frustum_far = NEAR, FAR
+            one.frustum_near, one.frustum_far = self._near, self._far
             one.frustum_center = (left + right) / 2
             one.frustum_width = (right - left) / 2
             one.frustum_bottom, one.frustum_top = bottom, top
@@ -119,8 +123,14 @@ def _backend(mujoco: Any) -> Any:
 
 
 @lru_cache(maxsize=1)
-def look_for_renderer() -> None:
-    """Raise MissingPartError if MuJoCo cannot draw, after trying it."""
+def look_for_renderer(
+    what: str = "A camera",
+    other: str = "Or give the robot the driver pybullet, which draws by itself.",
+) -> None:
+    """Raise MissingPartError if MuJoCo cannot draw, after trying it.
+
+    what: needs a renderer.  other: sentence on what the user can do without one.
+    """
     look_for("mujoco", "mujoco")
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")  # GLFW's reasons are warnings
@@ -128,7 +138,7 @@ def look_for_renderer() -> None:
             _draw_something()
         except Exception as error:  # OpenGL's libraries have errors of any kind
             first = said[0].message if said else error
-            raise _blind(str(first) or repr(first)) from error
+            raise _blind(what, str(first) or repr(first), other) from error
 
 
 def _draw_something() -> None:
@@ -140,13 +150,12 @@ def _draw_something() -> None:
     painter.close()
 
 
-def _blind(why: str) -> MissingPartError:
+def _blind(what: str, why: str, other: str) -> MissingPartError:
     chosen = os.environ.get("MUJOCO_GL")
     hint = APT if sys.platform == "linux" else OTHER
     if chosen:
         hint = f"MUJOCO_GL is {chosen!r}; try without it"
     return MissingPartError(
-        "A camera needs a renderer, and MuJoCo finds none here "
-        f"({why.strip().splitlines()[0].rstrip('.')}). {hint}. "
-        "Or give the robot the driver pybullet, which draws by itself. (R0302)"
+        f"{what} needs a renderer, and MuJoCo finds none here "
+        f"({why.strip().splitlines()[0].rstrip('.')}). {hint}. {other} (R0302)"
     )

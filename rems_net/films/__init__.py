@@ -1,0 +1,1 @@
+"""Films of recordings in 3-D."""
