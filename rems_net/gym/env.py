@@ -1,12 +1,15 @@
 """Env: one environment, in Gymnasium's terms, on a stage of robots."""
 
 from collections.abc import Callable, Mapping
+from math import isfinite
 from pathlib import Path
 from random import Random
 from typing import Any
 
+from rems_net.arguments import taught
 from rems_net.defdict import DefDict
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, nearest
+from rems_net.events import warn
 from rems_net.gym.direct import Stage
 from rems_net.gym.library import Env
 from rems_net.gym.spaces import Layout
@@ -38,6 +41,30 @@ class Given:
         self.steps, self.clip, self.seed = steps, clip, seed
         self.names = Names({**observe.schemas, **act.schemas})
         self.units = {**act.units, **observe.units}
+        self._warned = False
+
+    def reward(self, now: Moment, before: Moment) -> float:
+        """Return the task's reward. Warns once of one that is no finite number."""
+        found = self.task.reward(now, before)
+        try:
+            reward = float(found)
+        except (TypeError, ValueError):
+            raise ExperimentError(
+                f"{type(self.task).__name__}.reward returned {found!r:.60}; expected a "
+                "number, such as `return now['x'] - before['x']`. (R0926)"
+            ) from None
+        self.doubt(isfinite(reward), reward)
+        return reward
+
+    def doubt(self, fine: bool, reward: object) -> None:
+        """Warn once of a reward that is not fine: no policy learns from it."""
+        if not (fine or self._warned):
+            self._warned = True
+            warn(
+                "reward",
+                f"a reward is {reward}, from which no policy learns; look for a "
+                "division by 0, or for a root or a logarithm below 0",
+            )
 
 
 class RobotEnv(Env[Any, Any]):
@@ -54,7 +81,7 @@ class RobotEnv(Env[Any, Any]):
         self.action_space, self.observation_space = given.act.space, given.observe.space
         self.units = given.units
         self._stage: Stage | None = None
-        self._special = False
+        self._special = self._over = False
         self._steps = -1
         self._acts, self._keys = [*given.act.schemas], [*given.observe.schemas]
         self._acted: list[DefDict] = []
@@ -62,6 +89,7 @@ class RobotEnv(Env[Any, Any]):
         self._now: Moment | None = None
         self._task = None if type(given.task) is Task else given.task
 
+    @taught(ExperimentError)
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
@@ -77,25 +105,32 @@ class RobotEnv(Env[Any, Any]):
         if own is None:
             own = int(self.np_random.integers(SEEDS))
         options = options or {}
+        for word in options:
+            if word not in (known := ("record", "start")):
+                raise ExperimentError(
+                    f"reset() has no option {word!r}; it has {', '.join(known)}."
+                    f"{nearest(word, known)} (R0926)"
+                )
         stage = self._staged(options.get("record"))
         starts = options.get("start")
         if starts is None:
             starts = self.given.task.start(Random(f"{own} start"))
         stage.begin(own, starts)
-        self._steps = 0
+        self._steps, self._over = 0, False
         self._look(stage, [schema() for schema in self.given.act.schemas.values()])
         return self.given.observe.read(self._seen), {}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Act for one step. Raises FieldValueError for an action that does not fit."""
         given, task = self.given, self._task
-        before = None if task is None else self.now
+        before = None if task is None or self._steps < 0 else self.now
         cut = self.advance(given.act.take(action, clip=given.clip))
         observation = given.observe.read(self._seen)
         if task is None or before is None:
             return observation, 0.0, False, cut, {}
-        reward = float(task.reward(self.now, before))
-        return observation, reward, bool(task.ends(self.now)), cut, {}
+        reward, ended = given.reward(self.now, before), bool(task.ends(self.now))
+        self._over = self._over or ended
+        return observation, reward, ended, cut, {}
 
     def advance(self, actions: list[DefDict]) -> bool:
         """Let the robots act for one step. Returns whether the episode is cut off."""
@@ -105,10 +140,16 @@ class RobotEnv(Env[Any, Any]):
                 "step() comes before the first reset(): begin with "
                 "`observation, info = env.reset(seed=1)`. (R0927)"
             )
+        if self._over:
+            raise ExperimentError(
+                "step() comes after the end of the episode: begin another one with "
+                "`observation, info = env.reset()`. (R0927)"
+            )
         stage.step(actions)
         self._look(stage, actions)
         self._steps += 1
-        return self._steps == self.given.steps
+        self._over = self._steps == self.given.steps
+        return self._over
 
     def close(self) -> None:
         """Close the stage; a recording is complete then."""

@@ -66,9 +66,9 @@ class ParallelRobots:
                 taken += [schema() for schema in one.act.schemas.values()]
         cut = self._env.advance(taken)
         now = self._env.now
-        some = {agent: self._each[agent].task for agent in self.agents}
-        rewards = {k: float(task.reward(now, before)) for k, task in some.items()}
-        ended = {k: bool(task.ends(now)) for k, task in some.items()}
+        some = {agent: self._each[agent] for agent in self.agents}
+        rewards = {k: one.reward(now, before) for k, one in some.items()}
+        ended = {k: bool(one.task.ends(now)) for k, one in some.items()}
         found = self._observed()
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in some}
         self.agents = [] if cut else [k for k in self.agents if not ended[k]]

@@ -1,6 +1,8 @@
 """Task: the reward, the end and the start of an episode."""
 
+import re
 from collections.abc import Mapping, Sequence
+from math import pi
 from random import Random
 from typing import Any
 
@@ -8,6 +10,10 @@ from rems_net.defdict import Field, Schema, parse_quantity
 from rems_net.defdict.expression import Moment as Moment
 from rems_net.defdict.expression import Names as Names
 from rems_net.errors import ExperimentError, nearest
+from rems_net.events import warn
+
+#: a letter of a unit, in a range; numbers have an `e`
+UNIT = re.compile(r"[a-df-z]")
 
 
 class Task:
@@ -67,6 +73,12 @@ def _range(
     if not low <= high:
         raise ExperimentError(
             f"start of {where} is {given!r}; expected the lower end first. (R0926)"
+        )
+    if field.unit == "rad" and max(-low, high) > 2 * pi and not UNIT.search(str(given)):
+        warn(
+            "start",
+            f"start of {where} is {given!r}, many turns, since it is in rad; write "
+            '"-20..20 deg" for degrees',
         )
     return robot, path, low, high
 

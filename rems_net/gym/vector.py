@@ -104,6 +104,7 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
         cut = still & (self._steps == given.steps)
         every = np.ones(self.num_envs)
         reward = np.where(still, given.task.reward(self.now, before) * every, 0.0)
+        given.doubt(bool(np.isfinite(reward).all()), "nan or infinite")
         ended = still & (np.asarray(given.task.ends(self.now)) & np.ones_like(over))
         self._over = ended | cut
         return self._seen(), reward, ended, cut, {}

@@ -148,6 +148,11 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
+        if type(count) is not int or count < 0:
+            raise ExperimentError(
+                f"step() takes a number of ticks, such as 10, and got {count!r:.60}; "
+                'run(until="2 s") goes on to a time. (R0434)'
+            )
         if self._within:
             raise ExperimentError(
                 f"tick {self.n + 1} was begun and not done to its end; reset() begins "
@@ -189,7 +194,7 @@ class Solo:
         last = self.ticks or 0
         if until is not None:
             last = round(parse_quantity(until, "s") / self.dt)
-        self.step(last - self.n)
+        self.step(max(0, last - self.n))
 
     # -- from outside ------------------------------------------------------------
 

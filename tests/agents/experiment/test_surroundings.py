@@ -95,6 +95,20 @@ def test_a_robot_that_starts_outside_the_walls(
     assert len(events) == warned
 
 
+def test_a_robot_alone_that_starts_outside_its_arena() -> None:
+    lab = Experiment("mine", duration=1)
+    for name, x in (("in", 0.4), ("out", 0.6)):
+        own = {"arena_radius": 0.5}
+        lab.robot(name, "woodbot", "kinematic", parameters=own, initial={"x": x})
+    events: list[Event] = []
+    with listening(events.append):
+        lab.engine()
+    assert [event.text for event in events] == [
+        "robot/out starts at x = 0.6 m, y = 0 m, which is outside the walls of its "
+        "arena; give it another `initial`"
+    ]
+
+
 @pytest.mark.parametrize(
     ("initial", "sentence"),
     [

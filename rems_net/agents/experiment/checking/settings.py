@@ -223,6 +223,10 @@ def check_flag(value: object, what: str) -> bool:
 
 def check_folder(folder: Path | str) -> Path:
     """Return the full path of a folder; it must be UTF-8, as hosts need it."""
+    if not isinstance(folder, str | Path):
+        raise ExperimentError(
+            f"a folder is text, such as 'runs/lab'; got {folder!r:.60}. (R0414)"
+        )
     try:
         path = Path(folder).resolve()
     except OSError as error:

@@ -113,21 +113,27 @@ def _turns(robot: Robot) -> Iterator[tuple[str, float]]:
 
 
 def _outside(agents: Mapping[str, Agent]) -> Iterator[str]:
-    """Yield a sentence for each robot that starts outside the walls of its world."""
-    for world in agents.values():
-        if not isinstance(world, World):
+    """Yield a sentence for each robot that starts outside the walls around it."""
+    for agent in agents.values():
+        length = width = 0.0
+        if isinstance(agent, World):
+            scene, robots = contents(agent)
+            length, width = agent.options["size"].tolist()
+            round_wall, name = scene.radius, agent.key
+        elif isinstance(agent, Robot) and agent.shared is None:
+            robots, round_wall, name = [agent], radius(agent), "its arena"
+        else:
             continue
-        scene, robots = contents(world)
-        length, width = world.options["size"].tolist()
         for robot in robots:
             x, y, _ = robot.place
             if robot.initial_schema is robot.state.schema:
-                x, y = robot.state["x"], robot.state["y"]
+                own = robot.initial_schema({**robot.initial})
+                x, y = (own.get(one, 0.0) for one in "xy")
             beyond = 0 < length < 2 * abs(x) or 0 < width < 2 * abs(y)
-            if beyond or 0 < scene.radius < float(hypot(x, y)):
+            if beyond or 0 < round_wall < float(hypot(x, y)):
                 yield (
                     f"{robot.key} starts at x = {x:g} m, y = {y:g} m, which is outside "
-                    f"the walls of {world.key}; give it another `initial`"
+                    f"the walls of {name}; give it another `initial`"
                 )
 
 
