@@ -2,11 +2,10 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from math import pi
 from random import Random
 from typing import Any
 
-from rems_net.defdict import Field, Schema, parse_quantity
+from rems_net.defdict import Field, Schema, many_turns, parse_quantity
 from rems_net.defdict.expression import Moment as Moment
 from rems_net.defdict.expression import Names as Names
 from rems_net.errors import ExperimentError, nearest
@@ -74,12 +73,9 @@ def _range(
         raise ExperimentError(
             f"start of {where} is {given!r}; expected the lower end first. (R0926)"
         )
-    if field.unit == "rad" and max(-low, high) > 2 * pi and not UNIT.search(str(given)):
-        warn(
-            "start",
-            f"start of {where} is {given!r}, many turns, since it is in rad; write "
-            '"-20..20 deg" for degrees',
-        )
+    turns = many_turns(max(high, -low), field.unit)
+    if turns and not UNIT.search(str(given)):
+        warn("start", f"start of {where} is {given!r}: {turns}")
     return robot, path, low, high
 
 
