@@ -152,7 +152,7 @@ TIMELESS = {
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {
     "agents/clock",
-    "agents/experiment/progress.py",
+    "agents/experiment/display.py",
     "agents/wall.py",
     "drivers/hardware/periodic.py",  # the device thread's deadlines
 }
@@ -275,6 +275,15 @@ def test_a_folder_holds_a_dozen_files() -> None:
     for folder in {path.parent for path in FILES} - {PACKAGE / "cli"}:
         files = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
         assert len(files) <= 12, f"{folder.name}: {len(files)} files"
+
+
+def test_wings_of_a_room_have_no_two_files_of_one_name() -> None:
+    """Rooms may, as `inputs/csv.py` and `outputs/csv.py`; so may worlds of drivers."""
+    rooms = (path for path in PACKAGE.rglob("*") if path.is_dir())
+    for room in rooms:
+        names = [path.name for path in room.glob("*/*.py")]
+        twice = {one for one in names if names.count(one) > 1}
+        assert twice <= {"__init__.py", "world.py"}, f"{room}: {twice}"
 
 
 def test_the_rule_of_a_tick_is_short() -> None:

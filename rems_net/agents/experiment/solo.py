@@ -13,6 +13,7 @@ from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verbs_of
@@ -129,8 +130,9 @@ class Solo:
 
         Every agent is made again: it may have kept anything in attributes of its own.
         """
+        seed = self.seed if seed is None else check_seed(seed)
         self.close()
-        self.seed = self.seed if seed is None else seed
+        self.seed = seed
         return self.open()
 
     def __enter__(self) -> Self:

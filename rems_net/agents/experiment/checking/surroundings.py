@@ -87,22 +87,15 @@ def doubts(agents: Mapping[str, Agent]) -> Iterator[str]:
         yield from agent.doubts(agents)
     yield from _outside(agents)
     robots = [one for one in agents.values() if isinstance(one, Robot)]
-    turned = [(robot.key, *one) for robot in robots for one in _turns(robot)]
-    for key, path, value, turns in turned[:1]:
+    turned = [(robot.key, *one) for robot in robots for one in robot.odd_turns()]
+    for key, path, turns in turned[:1]:
         more = f" (and {len(turned) - 1} more)" if turned[1:] else ""
-        yield f"{key}{more} starts at {path} = {value:g}, which is {turns}"
-
-
-def _turns(robot: Robot) -> Iterator[tuple[str, float, str]]:
-    """Yield the angles that are plain numbers beyond a turn, as a person types them."""
-    groups = [("", robot.initial)]
-    for group, values in groups:
-        for name, value in values.items():
-            field = robot.initial_schema.find(path := f"{group}{name}")
-            if isinstance(value, Mapping):
-                groups.append((f"{path}/", dict(value)))
-            elif turns := many_turns(value, getattr(field, "unit", "")):
-                yield path, value, turns
+        yield f"{key}{more} starts at {path}, which is {turns}"
+    for robot in robots[:SHOWN]:
+        for path, field in robot.parameters.schema.rows():
+            value = robot.parameters[path]
+            if turns := many_turns(value, field.unit):
+                yield f"{robot.key} has {path} = {value:g}, which is {turns}"
 
 
 def _outside(agents: Mapping[str, Agent]) -> Iterator[str]:
