@@ -188,10 +188,10 @@ def _share(field: Kind, unit: str) -> Affine:
 def _array(field: Kind, value: Any, where: str) -> np.ndarray[Any, Any]:
     if is_quantity(value):
         value = to_unit(field, str(value.units), where, value)(np.asarray(value.value))
+    if isinstance(value, list | tuple) and str in map(type, value):
+        element = Kind("float", field.unit, field.range)
+        value = [_number(element, one, where) for one in value]
     try:
-        if isinstance(value, list | tuple) and {str} & {*map(type, value)}:
-            element = Kind("float", field.unit, field.range)
-            value = [_number(element, one, where) for one in value]
         found = np.asarray(value)
     except (ValueError, TypeError) as why:
         raise refuse(field, where, value) from why
