@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import pkgutil
 import re
 import subprocess
 import sys
@@ -371,6 +372,9 @@ def test_the_public_names_are_all(door: str) -> None:
         assert getattr(package, name).__doc__, f"{door}.{name} has no docstring"
     with pytest.raises((AttributeError, UnitError), match="nosuchname"):
         package.nosuchname  # noqa: B018
+    # A module of such a name would take its place as soon as it is imported.
+    modules = pkgutil.iter_modules(getattr(package, "__path__", []))
+    assert not {*names} & {one.name for one in modules}
 
 
 def test_what_users_read_imports_by_the_front_doors() -> None:

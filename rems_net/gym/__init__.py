@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING
 from rems_net.doors import door
 
 if TYPE_CHECKING:
-    from rems_net.gym.make import make, make_parallel
+    from rems_net.gym.making import make, make_parallel
     from rems_net.gym.task import Moment, Task
 
 #: public names by the module that defines them
 _HOMES = {
-    "rems_net.gym.make": "make make_parallel",
+    "rems_net.gym.making": "make make_parallel",
     "rems_net.gym.task": "Moment Task",
 }
 

@@ -15,6 +15,8 @@ from rems_net.gym.library import Env
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Moment, Names, Task
 
+#: of `reset`; libraries may give others, which are left aside
+OPTIONS = ("record", "start")
 #: Seeds of episodes are smaller than this.
 SEEDS = 2**31
 
@@ -106,10 +108,10 @@ class RobotEnv(Env[Any, Any]):
             own = int(self.np_random.integers(SEEDS))
         options = options or {}
         for word in options:
-            if word not in (known := ("record", "start")):
+            if word not in OPTIONS and (hint := nearest(word, OPTIONS)):
                 raise ExperimentError(
-                    f"reset() has no option {word!r}; it has {', '.join(known)}."
-                    f"{nearest(word, known)} (R0926)"
+                    f"reset() has no option {word!r}; it has {', '.join(OPTIONS)}."
+                    f"{hint} (R0926)"
                 )
         stage = self._staged(options.get("record"))
         starts = options.get("start")

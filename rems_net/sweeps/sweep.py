@@ -81,8 +81,6 @@ def sweep(
     put: called with lines about the progress.
     Raises ExperimentError; a run that fails has a row in the table.
     """
-    if registry.runner() is registry.end_script:
-        raise registry.ScriptEnd
     registry.check_starts("sweep()")
     lab = experiment if isinstance(experiment, Experiment) else load(experiment)
     some = [measure] if isinstance(measure, str) else [*measure]

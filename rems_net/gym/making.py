@@ -1,4 +1,4 @@
-"""Make: environments from experiments."""
+"""Making: environments from experiments."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
