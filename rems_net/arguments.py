@@ -68,8 +68,8 @@ def misfit(
     if len(given) > len(places):
         named = [word for word in takes if word not in places]
         return (
-            f"{name}() takes {_listed(places)} by place, and got {len(given)} values; "
-            f"write the others by name: {_listed(named)}. (R0125)"
+            f"{name}() takes {_listed(places) or 'nothing'} by place, and got "
+            f"{len(given)} values; write the others by name: {_listed(named)}. (R0125)"
         )
     lacks = [n for n in places[len(given) :] if _needed(takes[n]) and n not in kwargs]
     return (

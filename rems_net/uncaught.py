@@ -20,7 +20,8 @@ _PACKAGE = Path(__file__).parent
 _PYTHON = Path(os.__file__).parent
 #: names that a user's file must not hide, beside Python's own modules
 LIBRARIES = frozenset({"matplotlib", "msgpack", "mujoco", "numpy", "pybullet"})
-LIBRARIES |= {"rich", "serial", "unyt", "zenoh"}
+LIBRARIES |= {"PIL", "apriltag", "cv2", "gymnasium", "pandas", "pettingzoo", "polars"}
+LIBRARIES |= {"pyarrow", "rich", "serial", "unyt", "websockets", "zenoh"}
 NEEDED = sys.stdlib_module_names | LIBRARIES
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import pkgutil
 import re
 import subprocess
 import sys
@@ -155,7 +156,7 @@ TIMELESS = {
 #: and the picture of progress; agents, robots and drivers receive time
 KEEPERS_OF_TIME = {
     "agents/clock",
-    "agents/experiment/progress.py",
+    "agents/experiment/display.py",
     "agents/wall.py",
     "drivers/hardware/periodic.py",  # the device thread's deadlines
 }
@@ -280,6 +281,15 @@ def test_a_folder_holds_a_dozen_files() -> None:
         assert len(files) <= 12, f"{folder.name}: {len(files)} files"
 
 
+def test_wings_of_a_room_have_no_two_files_of_one_name() -> None:
+    """Rooms may, as `inputs/csv.py` and `outputs/csv.py`; so may worlds of drivers."""
+    rooms = (path for path in PACKAGE.rglob("*") if path.is_dir())
+    for room in rooms:
+        names = [path.name for path in room.glob("*/*.py")]
+        twice = {one for one in names if names.count(one) > 1}
+        assert twice <= {"__init__.py", "world.py"}, f"{room}: {twice}"
+
+
 def test_the_rule_of_a_tick_is_short() -> None:
     """A reader finds it in one room, which is read in an evening."""
     texts = [p.read_text(encoding="utf-8") for p in FILES if room(p) == "engine"]
@@ -365,6 +375,9 @@ def test_the_public_names_are_all(door: str) -> None:
         assert getattr(package, name).__doc__, f"{door}.{name} has no docstring"
     with pytest.raises((AttributeError, UnitError), match="nosuchname"):
         package.nosuchname  # noqa: B018
+    # A module of such a name would take its place as soon as it is imported.
+    modules = pkgutil.iter_modules(getattr(package, "__path__", []))
+    assert not {*names} & {one.name for one in modules}
 
 
 def test_what_users_read_imports_by_the_front_doors() -> None:

@@ -193,6 +193,13 @@ class Agent:
             if schema is not None:
                 self.settle(name, schema)
 
+    def doubts(self, agents: "Mapping[str, Agent]") -> Iterable[str]:
+        """Return warnings of odd settings, before the start.
+
+        agents: all of the experiment, by key.
+        """
+        return ()
+
     def _parameters(self) -> DefDict:
         return self.options
 

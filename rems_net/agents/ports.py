@@ -95,10 +95,11 @@ class Port(Slot):
     ):
         given = schema._schema if isinstance(schema, Port) else schema
         if isinstance(given, type) or not (given is None or callable(given)):
-            kind = type(self).__name__
+            kind, fields = type(self).__name__, "{'left': velocity()}"
+            shown = "{...}" if isinstance(given, dict) else f"{given!r:.60}"
             raise SchemaError(
-                f"{kind}({given!r:.60}) is no schema; write such as "
-                f"{kind}(Schema('speeds', {{'left': velocity()}})). (R0509)"
+                f"{kind}({shown}) is no schema; write such as "
+                f"{kind}(Schema('speeds', {fields})). (R0509)"
             )
         #: the port from which it takes its schema
         self._like = schema if isinstance(schema, Port) else None

@@ -131,11 +131,13 @@ def end_import() -> None:
 def check_starts(what: str) -> None:
     """Raise ExperimentError in a process of a run, ImportError in a hiding file.
 
-    In a thread raise ScriptEnd, which ends it silently: an imported file started it.
+    In a file that is imported for its classes, or in a thread, raise ScriptEnd, which
+    ends it silently.
     """
     if said := hiding_here(NEEDED if _of_run else LIBRARIES):
         raise ImportError(said)
-    if _of_run and threading.current_thread() is not threading.main_thread():
+    beside = threading.current_thread() is not threading.main_thread()
+    if runner() is end_script or (_of_run and beside):
         raise ScriptEnd
     if _of_run:
         raise ExperimentError(

@@ -1,7 +1,8 @@
 """Robot: a definition (schemas and kinematics) joined with a driver (motion)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rems_net.agents.agent import Agent
@@ -11,8 +12,9 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.agents.verbs import is_verb, verb
 from rems_net.bodies.body import Embodied
-from rems_net.defdict import DefDict, Schema, anew, angle, changed, length
+from rems_net.defdict import DefDict, Schema, anew, angle, changed, length, many_turns
 from rems_net.errors import SchemaError
+from rems_net.events import warn
 from rems_net.kinematics.articulated import Articulated
 from rems_net.scenes import marking
 
@@ -149,9 +151,28 @@ class Robot(Articulated, Agent):
         if initial is not None:
             self.initial_schema(initial)  # raises an error before anything has changed
             self.initial = dict(initial)
+            for path, turns in self.odd_turns():
+                warn("turns", f"{self.key} starts at {path}, which is {turns}")
         if seed is not None:
+            if not isinstance(seed, Integral):
+                raise SchemaError(
+                    f"reset() takes a whole number as its seed, and got {seed!r:.60}; "
+                    'a start is initial={"x": 0.1}. (R0502)'
+                )
             runtime(self).seed = seed
             self.__dict__.pop("random", None)
+
+    def odd_turns(self) -> Iterator[tuple[str, str]]:
+        """Yield each angle of its start that is beyond a turn, and what to write."""
+        groups = [("", self.initial)]
+        for group, values in groups:
+            for name, value in values.items():
+                path = f"{group}{name}"
+                unit = getattr(self.initial_schema.find(path), "unit", "")
+                if isinstance(value, Mapping):
+                    groups.append((f"{path}/", dict(value)))
+                elif turns := many_turns(value, unit):
+                    yield f"{path} = {value:g}", turns
 
     def rewind(self) -> None:
         """Put the state back, and all else that the robot itself keeps."""

@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 
 from rems_net.agents.experiment.again.replayed import replayed
 from rems_net.agents.experiment.checking.settings import check_pace
-from rems_net.agents.experiment.progress import usual
+from rems_net.agents.experiment.display import usual
 from rems_net.cli.info import recording_in
 from rems_net.cli.options import add_fabric, fabric_of
 

@@ -113,7 +113,7 @@ def run(args: argparse.Namespace) -> int:
 def _run(args: argparse.Namespace) -> None:
     if args.experiment.suffix == ".py":
         if not args.direct:  # before a zenoh.py next to the script can hide another
-            import_module("rems_net.agents.experiment.progress")
+            import_module("rems_net.agents.experiment.display")
             import_module("rems_net.agents.experiment.run")
         run_script(args.experiment, args.words, Runner(args))
     else:
@@ -216,7 +216,7 @@ class Runner:
         """Return the display of a run: its progress, or lines if it is direct."""
         if direct:
             return Lines()
-        from rems_net.agents.experiment.progress import Progress
+        from rems_net.agents.experiment.display import Progress
 
         return Progress(experiment.name, console(self.args))
 

@@ -2,7 +2,7 @@
 
 from rems_net.defdict.conversion.convert import Converter
 from rems_net.defdict.conversion.rule import Rule
-from rems_net.defdict.fields.accept import parse_quantity
+from rems_net.defdict.fields.accept import many_turns as many_turns, parse_quantity
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.makers import (
     acceleration,

@@ -178,7 +178,12 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
     """
     found: list[Part] = []
     if not isinstance(text, str) or len(text) > LONGEST:
-        raise ExperimentError(f"it is no text of at most {LONGEST} characters (R0925)")
+        hint = (
+            "; a function is a method of a class below Task" if callable(text) else ""
+        )
+        raise ExperimentError(
+            f"it is no text of at most {LONGEST} characters{hint} (R0925)"
+        )
 
     def keep(match: re.Match[str]) -> str:
         found.append(_quantity(float(match[1]), match[2] + match[3]))
@@ -189,7 +194,9 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
     except RemsError:  # of a unit
         raise
     except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
-        raise ExperimentError("it is no expression (R0925)") from None
+        alone = re.search(r"[^=<>!]=[^=]", text)
+        hint = "; == compares" if alone else ""
+        raise ExperimentError(f"it is no expression{hint} (R0925)") from None
     compiler = _Compiler(names, found, lasting)
     part = compiler.part(tree)
     places = [*compiler.places]
@@ -277,7 +284,7 @@ class _Compiler:
                 return self._compare(node)
             case ast.Call(ast.Name(function), arguments, []):
                 return self._call(function, arguments)
-        raise ExperimentError(f"{_shown(node)!r} cannot be calculated here (R0925)")
+        raise _never(node)
 
     def _name(self, node: ast.expr, element: int | None = None) -> Part:
         text = ast.unparse(node)
@@ -334,7 +341,7 @@ class _Compiler:
                 dimension = tuple(power * one for one in a.dimension)
                 value = _applied(operator.pow, [a, b])
                 return Part(dimension, value, _text(dimension))
-        raise ExperimentError(f"{_shown(node)!r} cannot be calculated here (R0925)")
+        raise _never(node)
 
     def _compare(self, node: ast.Compare) -> Part:
         parts = [self.part(one) for one in (node.left, *node.comparators)]
@@ -385,6 +392,21 @@ class _Compiler:
                 f"in {text!r} {' and '.join(units)} do not fit; write units, such as "
                 "1 m (R0925)"
             )
+
+
+def _never(node: ast.expr) -> ExperimentError:
+    """Return the error of a piece that cannot be calculated, with what is meant."""
+    instead = ""
+    match node:
+        case ast.BinOp(op=ast.BitXor()):
+            instead = "; a power is x**2"
+        case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
+            instead = "; write `and` or `or`"
+        case ast.Call(ast.Attribute(attr=name)):
+            instead = f"; write {name}(...) alone"
+    return ExperimentError(
+        f"{_shown(node)!r} cannot be calculated here{instead} (R0925)"
+    )
 
 
 def _shown(node: ast.expr) -> str:

@@ -1,8 +1,8 @@
 """Emulator: a device behind a line, in its own thread, and the faults of both.
 
 with Emulator(Create2Device(), Terminal(Path("create2"))) as emulator:
-    emulator.tell("corrupt 0.05")
-    emulator.tell("unplug 5")
+    emulator.order("corrupt 0.05")
+    emulator.order("unplug 5")
 """
 
 import time
@@ -108,10 +108,10 @@ class Emulator(Generic[AnyDevice]):
 
     @property
     def words(self) -> list[str]:
-        """The sentences that `tell` takes, such as `unplug SECONDS`."""
+        """The sentences that `order` takes, such as `unplug SECONDS`."""
         return commands.known(self)
 
-    def tell(self, sentence: str) -> None:
+    def order(self, sentence: str) -> None:
         """Let something happen, such as `unplug 5`. Raises ExperimentError."""
         self._asked.put(commands.read(self, sentence))
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from rems_net.doors import door
 
 if TYPE_CHECKING:
-    from rems_net.gym.make import make as make, make_parallel as make_parallel
+    from rems_net.gym.making import make as make, make_parallel as make_parallel
     from rems_net.gym.task import Moment as Moment, Task as Task
 
 __getattr__, __dir__ = door(__name__)

@@ -1,12 +1,15 @@
 """Env: one environment, in Gymnasium's terms, on a stage of robots."""
 
 from collections.abc import Callable, Collection, Mapping
+from math import isfinite
 from pathlib import Path
 from random import Random
 from typing import Any
 
+from rems_net.arguments import taught
 from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, nearest
+from rems_net.events import warn
 from rems_net.gym.direct import Direct
 from rems_net.gym.fabric import OnFabric
 from rems_net.gym.library import Env
@@ -47,6 +50,30 @@ class Given:
         self.steps, self.clip, self.seed = steps, clip, seed
         self.names = Names({**observe.schemas, **act.schemas})
         self.units = {**act.units, **observe.units}
+        self._warned = False
+
+    def judged(self, now: Moment, before: Moment) -> tuple[float, bool]:
+        """Return the reward of a step, and whether it is the last.
+
+        Raises ExperimentError.
+        """
+        reward, ends = self.task.reward(now, before), self.task.ends(now)
+        try:
+            found = float(reward), bool(ends)
+        except (TypeError, ValueError):
+            raise no_outcome(self.task, reward, ends) from None
+        self.doubt(isfinite(found[0]), found[0])
+        return found
+
+    def doubt(self, fine: bool, reward: object) -> None:
+        """Warn once of a reward that is not fine: no policy learns from it."""
+        if not (fine or self._warned):
+            self._warned = True
+            warn(
+                "reward",
+                f"a reward is {reward}, from which no policy learns; look for a "
+                "division by 0, or for a root or a logarithm below 0",
+            )
 
     def starts(self, seed: int, options: Mapping[str, Any] | None) -> Starts:
         """Return where robots start in an episode. Raises ExperimentError."""
@@ -66,15 +93,6 @@ class Given:
             f"robot, such as {{{next(iter(self.robots), 'robot/sim')!r}: "
             f"{{'x': 0.1}}}}.{nearest(str(wrong), self.robots)} (R0926)"
         )
-
-
-def judged(task: Task, now: Moment, before: Moment) -> tuple[float, bool]:
-    """Return a step's reward, and whether it is the last. Raises ExperimentError."""
-    reward, ends = task.reward(now, before), task.ends(now)
-    try:
-        return float(reward), bool(ends)
-    except (TypeError, ValueError):
-        raise no_outcome(task, reward, ends) from None
 
 
 def no_outcome(task: Task, reward: object, ends: object) -> ExperimentError:
@@ -99,7 +117,7 @@ class RobotEnv(Env[Any, Any]):
         self.action_space, self.observation_space = given.act.space, given.observe.space
         self.units = given.units
         self._stage: Stage | None = None
-        self._special = False
+        self._special = self._over = False
         self._steps = -1
         self._acts, self._keys = [*given.act.schemas], [*given.observe.schemas]
         self._acted: list[DefDict] = []
@@ -107,6 +125,7 @@ class RobotEnv(Env[Any, Any]):
         self._now: Moment | None = None
         self._task = None if type(given.task) is Task else given.task
 
+    @taught(ExperimentError)
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
@@ -124,19 +143,21 @@ class RobotEnv(Env[Any, Any]):
         starts = self.given.starts(own, options)
         stage = self._staged((options or {}).get("record"))
         stage.begin(own, starts)
-        self._steps = 0
+        self._steps, self._over = 0, False
         self._look(stage, [schema() for schema in self.given.act.schemas.values()])
         return self.given.observe.read(self._seen), {}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Act for one step. Raises FieldValueError for an action that does not fit."""
         given, task = self.given, self._task
-        before = None if task is None else self.now
+        before = None if task is None or self._steps < 0 else self.now
         cut = self.advance(given.act.take(action, clip=given.clip))
         observation = given.observe.read(self._seen)
         if task is None or before is None:
             return observation, 0.0, False, cut, {}
-        return observation, *judged(task, self.now, before), cut, {}
+        reward, ended = given.judged(self.now, before)
+        self._over = self._over or ended
+        return observation, reward, ended, cut, {}
 
     def advance(self, actions: list[DefDict]) -> bool:
         """Let the robots act for one step. Returns whether the episode is cut off."""
@@ -146,10 +167,16 @@ class RobotEnv(Env[Any, Any]):
                 "step() comes before the first reset(): begin with "
                 "`observation, info = env.reset(seed=1)`. (R0927)"
             )
+        if self._over:
+            raise ExperimentError(
+                "step() comes after the end of the episode: begin another one with "
+                "`observation, info = env.reset()`. (R0927)"
+            )
         stage.step(actions)
         self._look(stage, actions)
         self._steps += 1
-        return self._steps == self.given.steps
+        self._over = self._steps == self.given.steps
+        return self._over
 
     def close(self) -> None:
         """Close the stage; a recording is complete then."""

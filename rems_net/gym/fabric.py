@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.registry import check_starts
 from rems_net.agents.verbs import outcome, request
 from rems_net.defdict import DefDict
 from rems_net.errors import AgentError
@@ -81,6 +82,7 @@ class OnFabric:
 
     def _open(self) -> None:
         lab = self.lab
+        check_starts("reset() of an environment with fabric=True")
         lab.add_recorder()
         agents = lab.check()
         with ExitStack() as stack:

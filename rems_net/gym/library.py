@@ -19,8 +19,8 @@ with needed("gymnasium", "gym"):
 
 #: name -> the function that makes it
 NAMES = {
-    "rems_net/Lab-v0": "rems_net.gym.make:make",
-    "rems_net/Woodbot-v0": "rems_net.gym.make:woodbot",
+    "rems_net/Lab-v0": "rems_net.gym.making:make",
+    "rems_net/Woodbot-v0": "rems_net.gym.making:woodbot",
 }
 
 for name, function in NAMES.items():

@@ -5,7 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from rems_net.errors import ExperimentError
-from rems_net.gym.env import Given, RobotEnv, judged
+from rems_net.gym.env import Given, RobotEnv
 from rems_net.gym.library import Space
 from rems_net.libraries import needed
 
@@ -66,8 +66,8 @@ class ParallelRobots:
                 taken += [schema() for schema in one.act.schemas.values()]
         cut = self._env.advance(taken)
         now = self._env.now
-        some = {agent: self._each[agent].task for agent in self.agents}
-        judgements = {k: judged(task, now, before) for k, task in some.items()}
+        some = {agent: self._each[agent] for agent in self.agents}
+        judgements = {k: one.judged(now, before) for k, one in some.items()}
         rewards = {k: reward for k, (reward, _) in judgements.items()}
         ended = {k: ends for k, (_, ends) in judgements.items()}
         found = self._observed()

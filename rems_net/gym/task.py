@@ -1,12 +1,17 @@
 """Task: the reward, the end and the start of an episode."""
 
+import re
 from collections.abc import Mapping, Sequence
 from random import Random
 from typing import Any
 
-from rems_net.defdict import Field, Schema, parse_quantity
+from rems_net.defdict import Field, Schema, many_turns, parse_quantity
 from rems_net.defdict.expression import Moment as Moment, Names as Names
 from rems_net.errors import ExperimentError, nearest
+from rems_net.events import warn
+
+#: a letter of a unit, in a range; numbers have an `e`
+UNIT = re.compile(r"[a-df-z]")
 
 
 class Task:
@@ -72,6 +77,9 @@ def _range(
         raise ExperimentError(
             f"start of {where} is {given!r}; expected the lower end first. (R0926)"
         )
+    turns = many_turns(max(high, -low), field.unit)
+    if turns and not UNIT.search(str(given)):
+        warn("start", f"start of {where} is {given!r}: {turns}")
     return robot, path, low, high
 
 

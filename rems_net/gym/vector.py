@@ -95,6 +95,7 @@ class VectorRobots(VectorEnv[Any, Any, Any]):
             ended = still & np.asarray(ends, bool)
         except (TypeError, ValueError):
             raise no_outcome(given.task, reward, ends) from None
+        given.doubt(bool(np.isfinite(reward).all()), "nan or infinite")
         self._over = ended | cut
         return self._seen(), reward, ended, cut, {}
 

@@ -49,6 +49,12 @@ def identify(
 
     found = rems_net.identify(rems_net.read("runs/demo"), "mujoco")
     """
+    for one in (recording, check):
+        if isinstance(one, str | Path | list):
+            raise ExperimentError(
+                f"identify() takes a recording; got {one!r:.60}. Write "
+                'rems_net.read("runs/demo"). (R0865)'
+            )
     name = _name(recording, robot)
     cls, stated = _definition(recording, name, definition)
     stated |= parameters or {}

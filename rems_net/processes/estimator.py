@@ -7,19 +7,21 @@ gyroscope shows how far the wheels really turned. No Jacobian is written by hand
 pose of a camera counts at the time of its picture: `past.py`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import degrees, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
 
-from rems_net.agents.agent import Process
+from rems_net.agents.agent import Agent, Process
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import (
     Schema,
+    many_turns,
     number,
     parse_quantity,
     ratio,
@@ -46,6 +48,10 @@ from rems_net.processes.model import model_of, noises
 from rems_net.processes.motion import Motion
 from rems_net.processes.past import KEPT, Belief, Past, Poses, Seen, Span
 
+#: Number of deviations. A start that is farther away is another place.
+SURE = 4.0
+#: Differences as small as this are rounding errors.
+ROUND = 1e-9
 #: Least variance of a reading, in its unit: with 0 nothing could be divided by it.
 LEAST = 1e-18
 
@@ -115,6 +121,26 @@ class Estimator(Process):
             if not self._placed:
                 self._belief = self._poses.unknown(self._belief)
 
+    def doubts(self, agents: Mapping[str, Agent]) -> Iterator[str]:
+        """Yield a start in degrees without their unit, and one that is elsewhere."""
+        for path, one in table(self.options.initial, "initial").items():
+            if turns := many_turns(one, field_of(self.state.schema, path, "").unit):
+                yield f"{self.key} begins at {path} = {one:g}, which is {turns}"
+        sources = runtime(self).sources
+        robot = agents.get(sources["command"].rpartition("/")[0])
+        if not isinstance(robot, Robot) or "pose" in sources:
+            return
+        begins, spread = robot.begins(), np.diag(self._belief.root)
+        for path, here, far in zip(
+            self._paths, self._belief.mean, spread, strict=False
+        ):
+            if abs((there := begins.get(path, here)) - here) > SURE * far + ROUND:
+                yield (
+                    f"{self.key} begins at {path} = {here:g}, and {robot.key} at "
+                    f"{there:g}; write such as options initial = '{path} = {there:g}'"
+                )
+                return
+
     def _settings(self) -> None:
         """Begin with the belief that the options state."""
         schema, names = self.model.state.schema, ("initial", "unsure", "drift")
@@ -154,7 +180,15 @@ class Estimator(Process):
         return [value.get(path, default.get(path, 0.0)) for path in self._paths]
 
     def open(self) -> None:
-        """Prepare to integrate many states at once."""
+        """Prepare to integrate many states at once. Raises ExperimentError."""
+        for port, own in (("command", self.model.command), ("sensors", self._used)):
+            has = self.__dict__.get(port, own)
+            if lacks := [path for path in own if path not in has]:
+                raise ExperimentError(
+                    f"it reads {has.schema.name} as its {port}, which has no "
+                    f"{lacks[0]!r}; connect it to the {port} of a "
+                    f"{self.options.definition}. (R0881)"
+                )
         self._motion = Motion(self.model, self._used)
         self._ranges = limits(self.command.schema)
 

@@ -1,11 +1,13 @@
 """Localise: the poses of robots, from their markers in a camera's pictures."""
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from rems_net.agents.agent import Process
+from rems_net.agents.agent import Agent, Process
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.bodies.lens import Lens
@@ -100,12 +102,30 @@ class Localise(Process):
     def published(self) -> dict[str, Schema]:
         return {**super().published(), **dict.fromkeys(self._names(), POSE)}
 
+    def doubts(self, agents: Mapping[str, Agent]) -> Iterator[str]:
+        """Yield the named robots that are not there, or have no marker."""
+        others = {one["name"] for one in self.options["markers"]}
+        for name in (one for one in self._names() if one not in others):
+            robot = agents.get(f"robot/{name}")
+            if not isinstance(robot, Robot):
+                yield f"{self.key} looks for robot/{name}, which is not there"
+            elif not robot.marked:
+                yield (
+                    f"{self.key} looks for robot/{name}, which has no marker; give it "
+                    'such as marker={"id": 3, "size": "40 mm"}'
+                )
+
     def _names(self) -> list[str]:
         names = (name.strip() for name in self.options["robots"].split(","))
         return [name for name in names if name]
 
     def open(self) -> None:
-        """Start without any pose."""
+        """Start without any pose. Raises SchemaError for what is no camera."""
+        if "lens" not in self.camera:
+            raise SchemaError(
+                f"camera is connected to {self.camera.schema.name}, which has no "
+                "picture; connect it to such as 'robot/cam/sensors'. (R1104)"
+            )
         self._finder = None
         self._latest: dict[str, tuple[Array, Array, int, int]] = {}
         self._warned: set[tuple[str, int]] = set()

@@ -35,6 +35,11 @@ def read(folder: Path | str, *, like: str = "") -> "Recording":
     like: how CSV files of another program are read: "woodbot-class", or the TOML file
     of a mapping. Raises ExperimentError for a folder without a recording.
     """
+    if not isinstance(folder, str | Path):
+        raise ExperimentError(
+            f"read() takes the folder of a run, such as 'runs/demo'; got "
+            f"{folder!r:.60}. (R0840)"
+        )
     path = Path(folder)
     if like:
         return _read_like(path, like)

@@ -4,7 +4,7 @@ import importlib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -101,6 +101,12 @@ def read_csv(path: Path) -> Columns:
 
 class Table(dict[str, np.ndarray[Any, Any]]):
     """Heading to array: what `pandas.DataFrame` takes. Prints a line for each."""
+
+    def __missing__(self, heading: object) -> NoReturn:
+        raise UnknownFieldError(
+            f"there is no column {heading!r}; a heading has its unit: {some(self)}."
+            f"{nearest(heading, self)} (R0841)"
+        )
 
     def __repr__(self) -> str:
         rows = len(next(iter(self.values()), ()))

@@ -57,10 +57,13 @@ def factor(name: str, given: object) -> Factor:
 
     Raises ExperimentError.
     """
-    if isinstance(given, list | tuple):
+    given = given.tolist() if hasattr(given, "tolist") else given  # of numpy
+    if isinstance(given, list | tuple | range):
         return Factor(name, [*given] or _refuse(name, given))
     if not isinstance(given, str):
         return Factor(name, [given])
+    if "..." in given:
+        _refuse(name, given)
     if not (found := _RANGE.fullmatch(given)):
         items = [one.strip() for one in _ITEMS.findall(given)]
         return Factor(name, [value_of(one) for one in items] or _refuse(name, given))

@@ -80,7 +80,15 @@ def measures(texts: Sequence[str], agents: Mapping[str, Agent]) -> list[Measure]
             if port in states and not field.shape
             if field.dtype in ("float", "int", "bool")
         ]
-    return [_read(text, names, agents) for text in texts]
+    found = [_read(text, names, agents) for text in texts]
+    taken = {"run", "seed", "status", "ticks", "error"}
+    for one in found:
+        if one.name in taken:
+            raise _refused(
+                one.name, "the table has a column of this name; call it other = ... ."
+            )
+        taken.add(one.name)
+    return found
 
 
 def _read(text: str, names: Names, agents: Mapping[str, Agent]) -> Measure:

@@ -79,13 +79,11 @@ def sweep(
     put: called with lines about the progress.
     Raises ExperimentError; a run that fails has a row in the table.
     """
-    if registry.runner() is registry.end_script:
-        raise registry.ScriptEnd
     registry.check_starts("sweep()")
     lab = experiment if isinstance(experiment, Experiment) else load(experiment)
     some = [measure] if isinstance(measure, str) else [*measure]
     factors = [factor(*one) for one in (settings or {}).items()]
-    _check_workers(workers)
+    _check_words(workers, executor, samples)
     every = _seeds(seeds, lab.seed)
     _check_size(check_points(factors, samples, points), len(every), most)
     runs = [*_runs(lab.seed, factors, samples, points, every)]
@@ -114,17 +112,29 @@ def _seeds(given: int | Sequence[int], first: int) -> list[int]:
     if isinstance(given, int) and not isinstance(given, bool) and given > 0:
         return [*range(first, first + given)]
     if isinstance(given, list | tuple | range) and given:
-        return [check_seed(one) for one in given]
+        every = [check_seed(one) for one in given]
+        if len({*every}) == len(every):
+            return every
     raise ExperimentError(
-        f"seeds is {given!r:.60}; expected how many, such as 20, or a list, such as "
-        "3, 5, 7. (R1022)"
+        f"seeds is {given!r:.60}; expected how many, such as 20, or a list of "
+        "different ones, such as 3, 5, 7. (R1022)"
     )
 
 
-def _check_workers(workers: int | None) -> None:
-    if workers is not None and (isinstance(workers, bool) or not 0 < workers <= 1000):
+def _check_words(workers: object, executor: object, samples: object) -> None:
+    """Refuse words that are no numbers, and an executor that is none."""
+    if workers is not None and not (type(workers) is int and 0 < workers <= 1000):
         raise ExperimentError(
             f"workers is {workers!r}; expected a number of processes, from 1. (R1022)"
+        )
+    if type(samples) is not int or samples < 0:
+        raise ExperimentError(
+            f"samples is {samples!r}; expected a number of points, such as 100. (R1022)"
+        )
+    if executor is not None and not isinstance(executor, Executor):
+        raise ExperimentError(
+            f"executor is {executor!r:.60}; expected one of concurrent.futures. In a "
+            "terminal, --on dask=tcp://10.0.0.5:8786 makes one. (R1022)"
         )
 
 

@@ -171,6 +171,38 @@ def test_without_a_mistake_nothing_is_said(
             "process 'follow': Follow.step returned {'wheel/left': 50}, which goes "
             "nowhere; set its Out: self.command = {'wheel/left': 50}",
         ),
+        (
+            "    command = Out(VALUE)\n",
+            "    command = VALUE\n",
+            "process 'follow': command is a Schema, and no port; write command = "
+            "Out(Schema(...)).",
+        ),
+        (
+            'state = Out(Schema("state", {"x": length()}))',
+            'state = Schema("state", {"x": length()})',
+            "robot 'cart': state is a Schema, and no port; write state = "
+            "Out(Schema(...)).",
+        ),
+        (
+            "    value = Out(VALUE)",
+            '    value, options = Out(VALUE), {"speed": 3}',
+            "input 'hand': Hand.options is {'speed': 3}; declare settings by options = "
+            "Settings(speed=number(default=3)).",
+        ),
+        (
+            "    value = Out(VALUE)",
+            "    value, options = Out(VALUE), Settings(speed=number())\n"
+            '    adjustable = ("sped",)',
+            "input 'hand': Hand.adjustable is ('sped',); expected names of its "
+            "settings, such as (\"speed\",). Did you mean 'speed'?",
+        ),
+        (
+            "    value = Out(VALUE)",
+            "    value, options = Out(VALUE), Settings(speed=number())\n"
+            '    adjustable = "speed"',
+            "input 'hand': Hand.adjustable is 'speed'; expected names of its settings, "
+            'such as ("speed",).',
+        ),
     ],
 )
 def test_found_by_a_check(

@@ -159,6 +159,15 @@ def test_a_name_that_hides_a_module(
         assert done.stdout.split()[-3:] == files
 
 
+def test_a_name_that_hides_the_library_of_environments(tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium", reason="gymnasium is not installed")
+    text = 'from rems_net.gym import make\n\nmake("lab.toml", act="", observe="")\n'
+    script(tmp_path, text, "gymnasium.py")
+    done = python(tmp_path, "gymnasium.py")
+    assert done.returncode == 1
+    assert "gymnasium.py hides the module 'gymnasium', which rems_net" in done.stderr
+
+
 @pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__":\n    '])
 def test_a_name_that_hides_a_library_of_an_agent(
     folder: Path, rems: Run, guard: str

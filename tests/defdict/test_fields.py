@@ -260,6 +260,13 @@ def test_help_shows_the_arguments() -> None:
     assert "Make a field that holds length, by default in m." in shown
 
 
+def test_an_array_of_texts_with_units() -> None:
+    box = Schema("box", {"size": array(2, "m", range=(0, 9))})
+    assert box({"size": ["250 cm", 1]})["size"].tolist() == [2.5, 1.0]
+    with pytest.raises(FieldValueError, match=r"from 0 to 9, but got '20 m'"):
+        box({"size": ["20 m", "1 m"]})
+
+
 def test_arrays_make_fields_equal_or_not() -> None:
     assert array(2, default=[1, 2]) == array(2, default=[1, 2])
     assert array(2, default=[1, 2]) != array(2, default=[1, 3])

@@ -118,23 +118,23 @@ def test_words_that_mean_nothing(words: str, says: str, tmp_path: Path) -> None:
         Emulator(Create2Device(), Terminal(tmp_path / "port")) as emulator,
         pytest.raises(ExperimentError) as caught,
     ):
-        emulator.tell(words)
+        emulator.order(words)
     assert says in str(caught.value)
 
 
 def test_words_that_mean_something(tmp_path: Path) -> None:
     with Emulator(Create2Device(), Terminal(tmp_path / "port")) as emulator:
-        emulator.tell("corrupt 0.25")
-        emulator.tell("drop 0.5 heard")
-        emulator.tell("late 0.1")
-        emulator.tell("echo")
-        emulator.tell("lift")
+        emulator.order("corrupt 0.25")
+        emulator.order("drop 0.5 heard")
+        emulator.order("late 0.1")
+        emulator.order("echo")
+        emulator.order("lift")
         until(lambda: emulator.device.body.lifted)
         assert emulator.said.corrupt == 0.25
         assert (emulator.said.late, emulator.heard.late) == (0.1, 0)
         assert (emulator.said.drop, emulator.heard.drop) == (0, 0.5)
         assert emulator.echo
-        emulator.tell("fine")
+        emulator.order("fine")
         until(lambda: not emulator.echo)
         assert emulator.said.corrupt == emulator.heard.drop == 0
 
@@ -142,7 +142,7 @@ def test_words_that_mean_something(tmp_path: Path) -> None:
 def test_what_a_line_is_slow_and_late_for(tmp_path: Path) -> None:
     """Bytes take their time, and come late, but in order."""
     with Emulator(Create2Device(boot=0.0), Terminal(tmp_path / "port")) as emulator:
-        emulator.tell("late 0.2")
+        emulator.order("late 0.2")
         until(lambda: emulator.said.late)
         with serial.Serial(emulator.where, 115_200, timeout=5) as port:
             begun = time.monotonic()

@@ -212,6 +212,11 @@ def test_what_is_not_there_is_refused_with_what_is(engine: Solo) -> None:
         engine.put("robot/sim/command", {})
     with pytest.raises(ExperimentError, match="can be put at: robot/free/command"):
         engine.put("robot/fre/command", {})
+    for count in ("2 s", 1.5, -1, True):
+        with pytest.raises(ExperimentError, match=r"a number of ticks, such as 10"):
+            engine.step(count)  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match=r"a folder is text.* got 5"):
+        Experiment("lab", folder=5)  # type: ignore[arg-type]
 
 
 def test_an_agent_that_fails_is_named_with_its_line() -> None:

@@ -24,6 +24,7 @@ from rems_net import Definition, Experiment, In, Out, Schema  # noqa: E402
 from rems_net.cli import main  # noqa: E402
 from rems_net.drivers.kinematic.kinematic import Kinematic  # noqa: E402
 from rems_net.errors import ExperimentError, FieldValueError, SchemaError  # noqa: E402
+from rems_net.events import Event, listening  # noqa: E402
 from rems_net.gym.vector import AsColumns, AsEngines, AsStages  # noqa: E402
 from rems_net.units import array, boolean, choice, integer, length, text  # noqa: E402
 from tests.gym.labs import COMMAND, ROBOTS, SENSORS, STATE, alone, made  # noqa: E402
@@ -195,6 +196,24 @@ def test_expressions(expression: str, value: float) -> None:
     assert reward == pytest.approx(float(value), nan_ok=True)
 
 
+def test_a_reward_that_teaches_nothing_is_warned_of_once() -> None:
+    events: list[Event] = []
+    env = made(alone(), reward="1 m / x")
+    env.reset(seed=1)
+    with listening(events.append):
+        env.step([0.0, 0.0])
+        env.step([0.0, 0.0])
+    assert ["a reward is" in event.text for event in events] == [True]
+
+
+def test_a_start_in_degrees_without_their_unit_is_warned_of() -> None:
+    for start, warned in (("-180..180", 1), ((-20, 20), 1), ("-20..20 deg", 0)):
+        events: list[Event] = []
+        with listening(events.append):
+            made(alone(), reward="x", start={"robot/sim.heading": start})
+        assert len(events) == warned, start
+
+
 class Talker(Definition):
     """A robot with a text."""
 
@@ -230,6 +249,13 @@ MISTAKES = [
     ({"ticks": -1}, "expected a number of ticks"),
     ({"limit": "1 ms"}, "less than one step of 0.01 s"),
     ({"terminated": "x > 1 m"}, "ends="),
+    ({"vector": 0}, "vector is 0"),
+    ({"reward": "x^2"}, "'x ^ 2' cannot be calculated here; a power is x**2"),
+    ({"reward": "math.sin(x)"}, "cannot be calculated here; write sin(...) alone"),
+    ({"reward": "x > 1 m & y > 1 m"}, "calculated here; write `and` or `or`"),
+    ({"ends": "x = 1 m"}, "it is no expression; == compares"),
+    ({"reward": lambda now: 1}, "a function is a method of a class below Task"),
+    ({"task": type("T", (rems_net.gym.Task,), {"rewards": 1})}, "Did you mean 'rewar"),
 ]
 
 
@@ -324,7 +350,7 @@ class Odd(rems_net.gym.Task):
         return "much"
 
 
-@pytest.mark.parametrize("vector", [0, 2])
+@pytest.mark.parametrize("vector", [None, 2])
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -335,7 +361,7 @@ class Odd(rems_net.gym.Task):
     ],
 )
 def test_an_odd_episode_is_one_sentence(
-    vector: int, options: Any, sentence: str
+    vector: int | None, options: Any, sentence: str
 ) -> None:
     env = made(alone(), vector=vector, task=Odd)
     actions = np.ones((2, 2)[not vector :])
@@ -353,6 +379,15 @@ def test_clipped_actions_and_a_step_too_early() -> None:
     assert env.now.port(COMMAND).leaves() == [7.3, -7.3]
     with pytest.raises(FieldValueError):  # NaN has no limit to go to
         env.step([np.nan, 0.0])
+    env = made(alone(), reward="x", limit="20 ms")
+    with pytest.raises(ExperimentError, match=r"before the first reset\(\)"):
+        env.step([1.0, 1.0])
+    with pytest.raises(ExperimentError, match="takes nothing by place"):
+        env.reset(3)
+    env.reset(seed=1)
+    assert [env.step([1.0, 1.0])[3] for _ in "12"] == [False, True]
+    with pytest.raises(ExperimentError, match=r"after the end of the episode"):
+        env.step([1.0, 1.0])
 
 
 def test_it_has_a_name_in_gymnasium() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.maths.numerics import environment
-from tests.commands import ROOT
+from tests.commands import ROOT, python
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed")
 
@@ -49,6 +49,40 @@ if __name__ == "__main__":
     env.close()
     np.save(out + ".npy", np.array(rows))
 """
+
+
+#: without a main guard: the host of the process imports the script for its class
+UNGUARDED = """
+import rems_net.gym
+from rems_net import Experiment, In, Out, Process, Woodbot
+
+print("read", flush=True)
+
+
+class Same(Process):
+    state = In(Woodbot.state, source="robot/sim/state")
+    value = Out(Woodbot.state)
+
+    def step(self, tick):
+        self.value = {"x": self.state.x}
+
+
+lab = Experiment("unguarded", dt="50 ms", duration="1 s")
+lab.robot("sim", "woodbot", "kinematic")
+lab.process("same", Same)
+env = rems_net.gym.make(
+    lab, act="robot/sim/command", observe="process/same/value", fabric=True)
+env.reset(seed=1)
+env.step([2.0, 2.0])
+env.close()
+"""
+
+
+def test_a_script_without_a_guard_starts_one_fabric(tmp_path: Path) -> None:
+    """Its host started a fabric of its own, which the folder's lock refused."""
+    (tmp_path / "lab.py").write_text(UNGUARDED)
+    done = python(tmp_path, "lab.py")
+    assert (done.returncode, done.stdout) == (0, "read\n"), done.stderr
 
 
 def holds(folder: Path, name: str, steps: int) -> None:

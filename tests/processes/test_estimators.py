@@ -26,7 +26,8 @@ from rems_net import (
 )
 from rems_net.bodies import Noise
 from rems_net.cli import main
-from rems_net.errors import ExperimentError
+from rems_net.errors import AgentError, ExperimentError
+from rems_net.events import Event, listening
 from rems_net.units import angle, angular_velocity, length, velocity
 from tests.pages import blocks
 
@@ -206,6 +207,7 @@ def test_an_angle_with_a_range_of_one_turn_stays_in_it() -> None:
         ({"definition": "woodbot", "unsure": "x 1"}, "unsure = 'x 1' cannot be read"),
         ({"definition": "woodbot", "noise": "gyro = 1"}, "noise names 'gyro'"),
         ({"definition": "woodbot", "initial": "x = '1 s'"}, "initial of 'x'"),
+        ({"definition": "woodbot", "drift": {"x": 1}}, "Write it as text in quotes"),
     ],
 )
 def test_what_is_missing_is_named(options: dict[str, str], says: str) -> None:
@@ -215,6 +217,46 @@ def test_what_is_missing_is_named(options: dict[str, str], says: str) -> None:
     lab.process("it", "ukf", options=options, **words)
     with pytest.raises(ValueError, match=says):
         lab.check()
+
+
+@pytest.mark.parametrize(
+    ("port", "says"),
+    [
+        ("command", "it reads woodbot.state as its command, which has no 'wheel'; con"),
+        ("sensors", "it reads woodbot.state as its sensors, which has no 'lidar/front"),
+    ],
+)
+def test_ports_that_are_mixed_up(port: str, says: str) -> None:
+    lab = Experiment("lab", duration=1.0)
+    lab.robot("sim", "woodbot", "kinematic")
+    words = {"command": "robot/sim/command", "sensors": "robot/sim/sensors"}
+    words[port] = "robot/sim/state"
+    lab.process("it", "ekf", options={"definition": "woodbot"}, **words)
+    with pytest.raises(AgentError, match=says), lab.engine():
+        pass
+
+
+@pytest.mark.parametrize(
+    ("initial", "options", "says"),
+    [
+        ({}, {"initial": "heading = 90"}, ["14.3 turns", "and robot/sim at 0"]),
+        ({"x": 0.1}, {}, ["begins at x = 0, and robot/sim at 0.1; write such as opt"]),
+        ({"x": 0.1}, {"initial": 'x = "10 cm"'}, []),
+        ({"x": 0.1}, {"unsure": 'x = "10 cm"'}, []),
+    ],
+)
+def test_a_start_that_is_elsewhere(
+    initial: dict[str, Any], options: dict[str, Any], says: list[str]
+) -> None:
+    lab = Experiment("lab", duration=1.0)
+    lab.robot("sim", "woodbot", "kinematic", initial=initial)
+    words = {"command": "robot/sim/command", "sensors": "robot/sim/sensors"}
+    lab.process("it", "ekf", options={"definition": "woodbot", **options}, **words)
+    events: list[Event] = []
+    with listening(events.append):
+        lab.engine()
+    assert len(events) == len(says)
+    assert all(s in e.text for s, e in zip(says, events, strict=True))
 
 
 class Blind(Definition):

@@ -140,6 +140,12 @@ def test_what_is_not_there(result: Result, tmp_path: Path) -> None:
     )
     with pytest.raises(ExperimentError, match=r"There is no CSV file in .*lab, and "):
         rems_net.read(tmp_path / "lab")
+    with pytest.raises(ExperimentError, match=r"read\(\) takes the folder.* got 5"):
+        rems_net.read(5)  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match=r"identify\(\) takes a recording; got"):
+        rems_net.identify("runs/demo")  # type: ignore[arg-type]
+    with pytest.raises(RemsError, match="there is no column 'state/x'; a heading has"):
+        result["r1"].table["state/x"]
 
 
 def test_a_recording_follows_its_folder(

@@ -7,6 +7,7 @@ from math import floor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
@@ -103,6 +104,35 @@ def test_what_is_refused(tmp_path: Path, words: list[str], sentence: str) -> Non
     assert done.stderr.count("\n") == 1
     assert sentence in done.stderr
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ({"seeds": [1, 1]}, "seeds is [1, 1]; expected how many"),
+        ({"samples": -1}, "samples is -1; expected a number of points"),
+        ({"workers": "all"}, "workers is 'all'; expected a number of processes"),
+        ({"executor": "dask"}, "executor is 'dask'; expected one of concurrent.futur"),
+        ({"measure": ["far = x", "far = y"]}, "'far' cannot be measured: the table"),
+        ({"measure": "status = x"}, "'status' cannot be measured: the table has"),
+        ({"settings": {"input/weave.speed": "1...2 m/s/3"}}, "expected a range with"),
+    ],
+)
+def test_what_python_may_not_give(
+    tmp_path: Path, words: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(ExperimentError) as caught:
+        sweep(lab(tmp_path), out=tmp_path / "s", **words)
+    assert sentence in str(caught.value)
+    assert not (tmp_path / "s").exists()
+    with pytest.raises(ExperimentError, match="an experiment is an Experiment"):
+        sweep(Experiment, out=tmp_path / "s")  # type: ignore[arg-type]
+
+
+def test_values_of_numpy_and_of_a_range() -> None:
+    assert factor("a", np.linspace(0.0, 1.0, 3)).values == [0.0, 0.5, 1.0]
+    assert factor("a", range(1, 3)).values == [1, 2]
+    assert factor("a", np.float64(2.0)).values == [2.0]
 
 
 class Lonely(Kinematic):

@@ -19,7 +19,6 @@ SHOWN = 5
 
 def refuse_returned(agent: Agent, returned: object) -> None:
     """Raise SchemaError if a step returned a value that it should have set."""
-    outs = list(agent.outs())
     if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
         returned.close()
         word = "yield" if inspect.isgenerator(returned) else "async"
@@ -28,10 +27,13 @@ def refuse_returned(agent: Agent, returned: object) -> None:
             f"{type(agent).__name__}.{name} has {word!r}, so nothing in it is done; "
             f"write `def {name}(self, tick)` without {word!r}. (R0502)"
         )
-    if outs and isinstance(returned, Mapping | DefDict):
+    if isinstance(returned, Mapping | DefDict):
+        first = next(iter(agent.outs()), "")
+        own = "" if first else ", such as value = Out(Schema(...))"
         raise SchemaError(
             f"{type(agent).__name__}.step returned {returned!r:.60}, which goes "
-            f"nowhere; set its Out: self.{outs[0]} = {returned!r:.60} (R0503)"
+            f"nowhere; set its Out{own}: self.{first or 'value'} = {returned!r:.60} "
+            "(R0503)"
         )
 
 

@@ -155,7 +155,7 @@ class Experiment(Lineup):
         offers = make_offers(self, agents, machines)
         here = {h: p for h, p in every.items() if h not in machines}
         if show is None:
-            from rems_net.agents.experiment.progress import usual
+            from rems_net.agents.experiment.display import usual
 
             show = usual(self.name)
         hosts = Hosts(here, agents, show, self.dt, native=self.native)

@@ -60,6 +60,11 @@ _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
 
 def load(path: Path | str) -> Experiment:
     """Read an experiment. Raises ExperimentError naming the file, table and key."""
+    if not isinstance(path, str | Path):
+        raise ExperimentError(
+            f"an experiment is an Experiment(...), or its file, such as 'lab.toml'; "
+            f"got {path!r:.60}. (R0402)"
+        )
     with naming_overdue():
         return _load(Path(path))
 

@@ -11,6 +11,7 @@ from rems_net.agents.about.wiring import Entry
 from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
+from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verbs_of
@@ -125,8 +126,9 @@ class Solo:
 
         Every agent is made again: it may have kept anything in attributes of its own.
         """
+        seed = self.seed if seed is None else check_seed(seed)
         self.close()
-        self.seed = self.seed if seed is None else seed
+        self.seed = seed
         return self.open()
 
     def __enter__(self) -> Self:
@@ -142,6 +144,11 @@ class Solo:
     def step(self, count: int = 1) -> None:
         """Do this many ticks. Raises AgentError for an agent that fails."""
         engine = self._here()
+        if type(count) is not int or count < 0:
+            raise ExperimentError(
+                f"step() takes a number of ticks, such as 10, and got {count!r:.60}; "
+                'run(until="2 s") goes on to a time. (R0434)'
+            )
         if self._within:
             raise ExperimentError(
                 f"tick {self.n + 1} was begun and not done to its end; reset() begins "
@@ -183,7 +190,7 @@ class Solo:
         last = self.ticks or 0
         if until is not None:
             last = round(parse_quantity(until, "s") / self.dt)
-        self.step(last - self.n)
+        self.step(max(0, last - self.n))
 
     def __getitem__(self, key: str) -> Any:
         """Return an agent by its key, such as `robot/sim`, or by its name alone."""

@@ -163,7 +163,7 @@ def _listen(device: Emulator[Any]) -> None:
     for line in typed.lines():
         try:
             if line:
-                device.tell(line)
+                device.order(line)
         except RemsError as error:
             warn(error)
 

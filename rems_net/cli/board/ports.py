@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rems_net.cable.answers import who
+from rems_net.cable.device import who
 from rems_net.cli.options import console, plain_table
 from rems_net.drivers.hardware.ports import Port, ports, there_are
 from rems_net.errors import FabricError

@@ -72,10 +72,13 @@ class Plan:
             advice = "Add a rule, or ask for its default with missing='default'"
             if self.labels[1] != self.target.name:  # a connection has no such arguments
                 advice = "Connect what has it, or a process that makes it"
-            self.problems.append(
-                f"nothing gives {path!r} ({in_brief(field)}).{nearest(path, unused)} "
-                f"{advice}"
-            )
+            problem = f"nothing gives {path!r} ({in_brief(field)})."
+            for rule in (one for one in self.forward if path in one.gives.paths):
+                lacks = [one for one in rule.needs.paths if not self._can(one, ())]
+                for need in lacks[:1]:
+                    problem += f" The rule {rule.name} needs {need!r}."
+                    path, advice = need, "Correct the rule, or connect what has it"
+            self.problems.append(f"{problem}{nearest(path, unused)} {advice}")
         self.names[f"default{name}"] = field.default
         self.lines.append(f"{name} = default{name}")
         if field.dtype == "list":

@@ -46,7 +46,9 @@ def accept(field: Kind, value: Any, where: str) -> Any:
     if field.dtype == "str":
         if isinstance(value, str) and _utf8(value) <= field.max_len:
             return str(value)
-        raise refuse(field, where, value)
+        group = isinstance(value, Mapping)
+        hint = " Write it as text in quotes: 'heading = 0.1, x = 2'." if group else ""
+        raise refuse(field, where, value, hint)
     if field.dtype == "bytes":
         if isinstance(value, bytes | bytearray) and len(value) <= field.max_len:
             return bytes(value)
@@ -186,6 +188,9 @@ def _share(field: Kind, unit: str) -> Affine:
 def _array(field: Kind, value: Any, where: str) -> np.ndarray[Any, Any]:
     if is_quantity(value):
         value = to_unit(field, str(value.units), where, value)(np.asarray(value.value))
+    if isinstance(value, list | tuple) and str in map(type, value):
+        element = Kind("float", field.unit, field.range)
+        value = [_number(element, one, where) for one in value]
     try:
         found = np.asarray(value)
     except (ValueError, TypeError) as why:
@@ -232,6 +237,20 @@ def _items(field: Kind, value: Any, where: str) -> tuple[Any, ...]:
     if len(given) > field.max_len:
         raise refuse(field, where, value, f" It has {len(given)} items.")
     return tuple(item._build(one, f"{where}[{i}]") for i, one in enumerate(given))
+
+
+def many_turns(value: object, unit: str) -> str:
+    """Return how to write an angle that a person may mean in degrees; "" for others.
+
+    Those are beyond a turn, without a unit; computed ones have more digits.
+    """
+    plain = type(value) is int or (type(value) is float and round(value, 3) == value)
+    if unit != "rad" or not plain or not abs(value) > 2 * math.pi:  # type: ignore[arg-type]
+        return ""
+    return (
+        f"{value / (2 * math.pi):.1f} turns, since it is in rad; write "  # type: ignore[operator]
+        f'"{value:g} deg", or "{value:g} rad" if you mean that'
+    )
 
 
 def parse_quantity(value: Any, unit: str, where: str = "the value") -> float:

@@ -116,10 +116,8 @@ class Tree:
             more = ", ..." if len(self.paths) > 8 else ""
             hint = f" It has {some}{more}." if some else " It has no fields."
             if not some and self.name.endswith((".options", ".parameters")):
-                words = self.name.rpartition(".")[2]
-                hint += (
-                    f" Its class declares them: {words} = Settings({path}=number())."
-                )
+                slot = self.name.rpartition(".")[2]
+                hint += f" Your class states them: {slot} = Settings({path}=number())."
         return UnknownFieldError(f"{self.name} has no field {path!r}.{hint} (R0104)")
 
     @cached_property

@@ -90,9 +90,9 @@ def check_magic(file: IO[bytes], shown: str) -> None:
             "(R0805)"
         )
     if begin != mcap.MAGIC:
+        name = ", in spite of its name" if shown.endswith(".mcap") else ""
         raise ExperimentError(
-            f"{shown} is no MCAP file, in spite of its name; expected "
-            "the run.mcap of a run. (R0805)"
+            f"{shown} is no MCAP file{name}; expected the run.mcap of a run. (R0805)"
         )
 
 

@@ -185,8 +185,8 @@ def _faster(case: TrajectoryPair) -> bool:
 
 
 def _told(case: TrajectoryPair, steps: Array, by: Array) -> Array:
-    assert case.told is not None
-    return steps + case.told
+    assert case.commanded is not None
+    return steps + case.commanded
 
 
 def _other(case: TrajectoryPair, steps: Array, by: Array) -> Array:
@@ -211,7 +211,7 @@ def _stands(case: TrajectoryPair) -> bool:
 KINDS: Mapping[str, Kind] = {
     kind.name: kind
     for kind in (
-        Kind("told", 0.01, lambda case: case.told is not None, change=_told),
+        Kind("told", 0.01, lambda case: case.commanded is not None, change=_told),
         Kind("start", 0.01, _elsewhere),
         _scale(
             "all", lambda a: range(a.size) if a.turns else (), "way", "turn", "limit"

@@ -14,15 +14,15 @@ from rems_net.recordings.parting.trajectory import Array, StepTrajectory
 class TrajectoryPair:
     """Two trajectories that part, at the same times, and further facts about them.
 
-    told (n, size): change of the steps of `a` with the commands of `b`; None if both
-        received the same
+    commanded (n, size): change of the steps of `a` with the commands of `b`; None if
+        both received the same
     started: whether the first points precede the first step
     aimed: whether the command is a position, not a speed
     """
 
     a: StepTrajectory
     b: StepTrajectory
-    told: Array | None
+    commanded: Array | None
     apart: Episodes
     started: bool
     aimed: bool = False

@@ -39,7 +39,7 @@ class Found:
         """Return the cost of its assumptions, as a fraction."""
         cost = sum(KINDS[name].cost for name in self.numbers)
         if "episode" in self.numbers:
-            cost += OTHER * (case.told is not None)
+            cost += OTHER * (case.commanded is not None)
             if case.apart.held is None:  # a robot that is held may be held for long
                 cost += LONG * case.apart.share
         return cost

@@ -9,6 +9,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.experiment.show import Show
+from rems_net.errors import ExperimentError, SchemaError
 from rems_net.events import Event, listening
 from rems_net.recordings.comparison import Trajectory, corners, trajectories
 from rems_net.recordings.picture import draw_paths
@@ -93,6 +94,37 @@ def test_a_robot_that_starts_outside_the_walls(
     with listening(events.append):
         hall(place, **walls).engine()
     assert len(events) == warned
+
+
+def test_a_robot_alone_that_starts_outside_its_arena() -> None:
+    lab = Experiment("mine", duration=1)
+    for name, x in (("in", 0.4), ("out", 0.6)):
+        own = {"arena_radius": 0.5}
+        lab.robot(name, "woodbot", "kinematic", parameters=own, initial={"x": x})
+    events: list[Event] = []
+    with listening(events.append):
+        lab.engine()
+    assert [event.text for event in events] == [
+        "robot/out starts at x = 0.6 m, y = 0 m, which is outside the walls of its "
+        "arena; give it another `initial`"
+    ]
+
+
+def test_parameters_and_starts_of_a_reset_beyond_a_turn() -> None:
+    lab = Experiment("mine", duration=1)
+    lab.robot("cam", "camera", "kinematic", parameters={"place": {"pitch": -90}})
+    lab.robot("sim", "woodbot", "kinematic")
+    events: list[Event] = []
+    with listening(events.append), lab.engine() as engine:
+        engine["robot/sim"].reset(initial={"heading": 90})
+        with pytest.raises(SchemaError, match=r'a start is initial=\{"x": 0.1\}'):
+            engine["robot/sim"].reset({"x": 0.1})
+        with pytest.raises(ExperimentError, match="seed is '3'; expected a whole"):
+            engine.reset("3")  # type: ignore[arg-type]
+    assert [event.text.partition(",")[0] for event in events] == [
+        "robot/cam has place/pitch = -90",
+        "robot/sim starts at heading = 90",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.experiment.placement.code import check_code
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.experiment.placement.offered import check_allowed, uses
+from rems_net.agents.experiment.placement.sources import check_code
 from rems_net.agents.protocol.placement import Offer, read_offer
 from rems_net.errors import ExperimentError, WireError
 from rems_net.pictures import album

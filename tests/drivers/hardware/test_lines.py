@@ -31,9 +31,9 @@ def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None
     """Its loop is kept, what was damaged is counted, and no command is wrong."""
     kind = KINDS[name]
     with kind.opened(tmp_path) as (robot, emulator):
-        emulator.tell(fault)
+        emulator.order(fault)
         if kind.guarded:  # its commands have check sums
-            emulator.tell(f"{fault} heard")
+            emulator.order(f"{fault} heard")
             keep(robot, kind.ahead, lambda: emulator.heard.done > 5)
         keep(robot, kind.ahead, lambda: emulator.said.done > 5)
         if (name, fault) != (
@@ -44,7 +44,7 @@ def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None
         figures = robot.figures()
         assert figures["rejected"] < figures["cycles"] / 3
         assert figures["reconnects"] < 2, "more than a very busy machine adds"
-        emulator.tell("fine")
+        emulator.order("fine")
         keep(robot, STAND, lambda: kind.obeys(emulator) == kind.stands)
         if kind.at_port:
             keep(robot, STAND, lambda: agrees(robot, emulator))
@@ -55,8 +55,8 @@ def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None
 def test_an_echo_and_late_answers(tmp_path: Path, kind: Kind) -> None:
     with kind.opened(tmp_path) as (robot, emulator):
         if kind.at_port:
-            emulator.tell("echo")
-        emulator.tell("late 0.01")
+            emulator.order("echo")
+        emulator.order("late 0.01")
         before = robot.state.x
 
         def driven() -> bool:
@@ -76,7 +76,7 @@ def unplugged(kind: Kind, folder: Path, seconds: float) -> None:
 
         keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
         begun = time.monotonic()
-        emulator.tell(f"unplug {seconds}")
+        emulator.order(f"unplug {seconds}")
         keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
         # Nobody can tell it: whether it stands is up to the device.
         if kind.guarded:
@@ -122,7 +122,7 @@ def test_closed_while_it_is_unplugged(
 ) -> None:
     with kind.opened(tmp_path, **SOON) as (robot, emulator):
         keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
-        emulator.tell("unplug 60")
+        emulator.order("unplug 60")
         keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
         with pytest.raises(OSError, match="not connected"):
             robot.perform(lambda: None)
@@ -138,7 +138,7 @@ def test_without_power(tmp_path: Path, name: str) -> None:
     kind = KINDS[name]
     with kind.opened(tmp_path, **SOON) as (robot, emulator):
         keep(robot, kind.ahead, lambda: robot.state.x > 0.03)
-        emulator.tell("brownout 0.5")
+        emulator.order("brownout 0.5")
         keep(robot, kind.ahead, lambda: not robot.figures()["connected"])
         before = robot.state.x
         until(lambda: robot.figures()["reconnects"] > 0)

@@ -127,7 +127,7 @@ def test_a_robot_that_starts_anew() -> None:
     with emulated("starting") as emulator, opened(emulator.where) as robot:
         device = emulator.device
         keep(robot, lambda: device.driven[-1:] == [AHEAD])
-        emulator.tell("brownout 0.3")
+        emulator.order("brownout 0.3")
         keep(robot, lambda: not robot.figures()["connected"])
         device.driven.clear()
         keep(robot, lambda: robot.figures()["reconnects"] == 1)
@@ -138,7 +138,7 @@ def test_a_robot_that_starts_anew() -> None:
 def test_it_waits_for_a_robot_that_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(firmware, "STARTING", 0.8)  # 6 s of it are dear
     with emulated() as emulator:
-        emulator.tell("reset")
+        emulator.order("reset")
         until(lambda: not emulator.device._answers)
         with opened(emulator.where, hostname="My_Great_Woodbot"):
             assert emulator.device._answers

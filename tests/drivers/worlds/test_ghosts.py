@@ -266,6 +266,6 @@ def test_the_state_of_an_unplugged_robot_grows_old() -> None:
 
         with alone.opened(robot):
             alone.keep(robot, command, lambda: age() <= 1)
-            device.tell("unplug 1.5")
+            device.order("unplug 1.5")
             alone.keep(robot, command, lambda: age() >= 25)
             alone.keep(robot, command, lambda: age() <= 1)

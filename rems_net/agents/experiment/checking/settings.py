@@ -16,6 +16,13 @@ from rems_net.errors import ExperimentError, RemsError, nearest
 from rems_net.recordings.parameters.identified import as_line, parameters_for
 from rems_net.router.keys import check_name
 
+#: by word, a value that it may have
+EXAMPLES = {
+    "marker": '{"id": 3, "size": "40 mm"}',
+    "initial": '{"x": "10 cm"}',
+    "options": '{"noise": True}',
+}
+
 
 @contextmanager
 def origin(what: str) -> Iterator[None]:
@@ -132,9 +139,9 @@ def _whole(value: object, what: str, low: int, high: float, expected: str) -> in
 
 def check_mapping(value: object, what: str) -> None:
     if value is not None and not isinstance(value, Mapping):
+        example = EXAMPLES.get(what, '{"track": "0.1 m"}')
         raise ExperimentError(
-            f'{what} is {value!r:.60}; expected such as {what}={{"track": "0.1 m"}}.'
-            " (R0408)"
+            f"{what} is {value!r:.60}; expected such as {what}={example}. (R0408)"
         )
 
 
@@ -223,6 +230,10 @@ def check_flag(value: object, what: str) -> bool:
 
 def check_folder(folder: Path | str) -> Path:
     """Return the full path of a folder; it must be UTF-8, as hosts need it."""
+    if not isinstance(folder, str | Path):
+        raise ExperimentError(
+            f"a folder is text, such as 'runs/lab'; got {folder!r:.60}. (R0414)"
+        )
     try:
         path = Path(folder).resolve()
     except OSError as error:

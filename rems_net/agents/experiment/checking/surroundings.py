@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from math import pi
 from typing import Any
 
 from rems_net.agents.agent import Agent
@@ -10,6 +9,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.world import World, contents
 from rems_net.bodies.arena import WALL_PIECES
 from rems_net.bodies.body import Body, Embodied, Ray
+from rems_net.defdict import many_turns
 from rems_net.maths import hypot
 from rems_net.scenes import outline
 
@@ -82,53 +82,51 @@ def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:
 
 
 def doubts(agents: Mapping[str, Agent]) -> Iterator[str]:
-    """Yield a sentence for each odd start of a robot."""
+    """Yield a sentence for each odd start of a robot, and for what agents doubt."""
+    for agent in agents.values():
+        yield from agent.doubts(agents)
     yield from _outside(agents)
     robots = [one for one in agents.values() if isinstance(one, Robot)]
-    turned = [(robot.key, *one) for robot in robots for one in _turns(robot)]
-    for key, path, value in turned[:1]:
+    turned = [(robot.key, *one) for robot in robots for one in robot.odd_turns()]
+    for key, path, turns in turned[:1]:
         more = f" (and {len(turned) - 1} more)" if turned[1:] else ""
-        yield (
-            f"{key}{more} starts at {path} = {value:g}, which is "
-            f"{value / (2 * pi):.1f} turns, since it is in rad; write "
-            f'"{value:g} deg", or "{value:g} rad" if you mean that'
-        )
-
-
-def _turns(robot: Robot) -> Iterator[tuple[str, float]]:
-    """Yield the angles that are plain numbers beyond a turn, as a person types them.
-
-    Angles of an earlier run have more digits.
-    """
-    groups = [("", robot.initial)]
-    for group, values in groups:
-        for name, value in values.items():
-            field = robot.initial_schema.find(path := f"{group}{name}")
-            if isinstance(value, Mapping):
-                groups.append((f"{path}/", dict(value)))
-            elif getattr(field, "unit", "") != "rad" or type(value) not in (int, float):
-                continue
-            elif abs(value) > 2 * pi and round(value, 3) == value:
-                yield path, value
+        yield f"{key}{more} starts at {path}, which is {turns}"
+    for robot in robots[:SHOWN]:
+        for path, field in robot.parameters.schema.rows():
+            value = robot.parameters[path]
+            if turns := many_turns(value, field.unit):
+                yield f"{robot.key} has {path} = {value:g}, which is {turns}"
 
 
 def _outside(agents: Mapping[str, Agent]) -> Iterator[str]:
-    """Yield a sentence for each robot that starts outside the walls of its world."""
-    for world in agents.values():
-        if not isinstance(world, World):
+    """Yield a sentence for each robot that starts outside the walls around it."""
+    for agent in agents.values():
+        length = width = 0.0
+        if isinstance(agent, World):
+            scene, robots = contents(agent)
+            length, width = agent.options["size"].tolist()
+            round_wall, name = scene.radius, agent.key
+        elif isinstance(agent, Robot) and agent.shared is None and _stated(agent):
+            robots, round_wall, name = [agent], radius(agent), "its arena"
+        else:
             continue
-        scene, robots = contents(world)
-        length, width = world.options["size"].tolist()
         for robot in robots:
             x, y, _ = robot.place
             if robot.initial_schema is robot.state.schema:
-                x, y = robot.state["x"], robot.state["y"]
+                own = robot.initial_schema({**robot.initial})
+                x, y = (own.get(one, 0.0) for one in "xy")
             beyond = 0 < length < 2 * abs(x) or 0 < width < 2 * abs(y)
-            if beyond or 0 < scene.radius < float(hypot(x, y)):
+            if beyond or 0 < round_wall < float(hypot(x, y)):
                 yield (
                     f"{robot.key} starts at x = {x:g} m, y = {y:g} m, which is outside "
-                    f"the walls of {world.key}; give it another `initial`"
+                    f"the walls of {name}; give it another `initial`"
                 )
+
+
+def _stated(robot: Robot) -> bool:
+    """Return whether a person has set the arena: a robot's own may be left aside."""
+    usual = robot.parameters.schema().get("arena_radius")
+    return bool(robot.parameters.get("arena_radius") != usual)
 
 
 def _points(one: outline.Outline) -> str:

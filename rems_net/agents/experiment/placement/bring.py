@@ -17,17 +17,17 @@ from typing import Any, NamedTuple
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosts import Hosts
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.experiment.placement.code import (
-    check_code,
-    check_parts,
-    find_class,
-)
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.offered import Use, uses
 from rems_net.agents.experiment.placement.receiving import (
     ask_offer,
     receive,
     say_trouble,
+)
+from rems_net.agents.experiment.placement.sources import (
+    check_code,
+    check_parts,
+    find_class,
 )
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version

@@ -11,10 +11,11 @@ from rems_net.agents.experiment.source.code import (
     functions,
     instructions,
 )
-from rems_net.agents.ports import In, Out, Port
+from rems_net.agents.ports import In, Out, Port, Settings
 from rems_net.agents.protocol.plan import COMMON, Plan
 from rems_net.agents.robot import Robot, combine
 from rems_net.agents.verbs import Verbs
+from rems_net.defdict import Schema
 from rems_net.errors import SchemaError, nearest
 from rems_net.uncaught import is_users
 
@@ -33,6 +34,7 @@ def check_class(plan: Plan, words: Collection[str] = ()) -> None:
     """
     cls = combine(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
+    _check_settings(cls, [b for b in cls.__mro__ if "rems_net" not in b.__module__])
     if users:
         _check_names(cls)
         _check_directions(plan, cls, words)
@@ -42,6 +44,32 @@ def check_class(plan: Plan, words: Collection[str] = ()) -> None:
 
 def _file(cls: type) -> str | None:
     return getattr(sys.modules.get(cls.__module__), "__file__", None)
+
+
+def _check_settings(cls: type[Agent], users: list[type]) -> None:
+    """Find settings that no Settings declares, and misspelt names of such."""
+    for base in users:
+        own = vars(base)
+        for name in own.keys() & {"options", "parameters"}:
+            if not isinstance(own[name], Settings):
+                raise SchemaError(
+                    f"{base.__name__}.{name} is {own[name]!r:.60}; declare settings by "
+                    f"{name} = Settings(speed=number(default=3)). (R0470)"
+                )
+    for base in users:
+        given = vars(base).get("adjustable", ())
+        if given == ():
+            continue
+        slots = [getattr(cls, slot, None) for slot in ("parameters", "options")]
+        known = [n for one in slots if one for n, _ in one.schema.rows()]
+        names = given if isinstance(given, list | tuple | set) else [given]
+        wrong = [one for one in names if one not in known]
+        if wrong or names is not given:
+            hint = nearest(wrong[0], known) if wrong else ""
+            raise SchemaError(
+                f"{base.__name__}.adjustable is {given!r:.60}; expected names of its "
+                f'settings, such as ("{next(iter(known), "speed")}",).{hint} (R0470)'
+            )
 
 
 def _check_names(cls: type[Agent]) -> None:
@@ -62,7 +90,7 @@ def _check_directions(plan: Plan, cls: type[Agent], words: Collection[str]) -> N
     ports = cls.ports()
     if plan.kind == "robot":
         for name, kind in {"command": In, "state": Out, "sensors": Out}.items():
-            _expect(name, ports[name], kind)
+            _expect(name, getattr(cls, name), kind)
     elif plan.kind == "input" and cls.ins() and not cls.outs():
         _expect(*next(iter(ports.items())), Out)
     for name in words:
@@ -70,7 +98,12 @@ def _check_directions(plan: Plan, cls: type[Agent], words: Collection[str]) -> N
             _expect(name, ports[name], In)
 
 
-def _expect(name: str, port: Port, kind: type[Port]) -> None:
+def _expect(name: str, port: object, kind: type[Port]) -> None:
+    if not isinstance(port, Port):
+        raise SchemaError(
+            f"{name} is a {type(port).__name__}, and no port; write {name} = "
+            f"{kind.__name__}(Schema(...)). (R0509)"
+        )
     if not isinstance(port, kind):
         does = {In: "an In is read by its agent", Out: "an Out is set by its agent"}
         own = In if isinstance(port, In) else Out
@@ -93,6 +126,8 @@ def _check_attributes(kind: str, cls: type[Agent], users: list[type]) -> None:
                 f"other agents have an Out: {name} = Out(...). (R0506)"
             )
         _check_taken(kind, cls, mine, name)
+        if kind != "robot" and isinstance(there := getattr(cls, name, None), Schema):
+            _expect(name, there, Out)
         if name in used or hasattr(cls, name):
             continue
         if hint := nearest(name, ports, ALIKE):

@@ -55,13 +55,13 @@ def test_its_sensors(tmp_path: Path) -> None:
             robot.sense()
             return robot
 
-        emulator.tell("bump left")
+        emulator.order("bump left")
         until(lambda: sense().sensors["bumper/left"])
         assert not robot.sensors["bumper/right"]
-        emulator.tell("cliff")
+        emulator.order("cliff")
         until(lambda: sense().sensors["cliff/front_left"])
         assert robot.status["signal/cliff/right"] < 0.01
-        emulator.tell("press spot")
+        emulator.order("press spot")
         until(lambda: sense().status["button/spot"])
         until(lambda: not sense().status["button/spot"])
         assert robot.status.mode == "full"
@@ -97,12 +97,12 @@ def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
 def test_lifted_and_put_down(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with emulated(tmp_path) as emulator, opened(emulator) as robot:
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
-        emulator.tell("lift")
+        emulator.order("lift")
         keep(robot, (100, 100), lambda: robot.status["wheel_drop/left"])
         keep_for(robot, (100, 100), 0.3)
         assert wheels(emulator) == (0, 0)
         assert robot.status.mode == "passive"
-        emulator.tell("lower")
+        emulator.order("lower")
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
     said = capfd.readouterr().err
     assert "robot/b stands by itself: a wheel hangs. Put it on the floor" in said
@@ -114,7 +114,7 @@ def test_at_the_edge_of_a_table(tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator, opened(emulator) as robot:
         body = emulator.device.body
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
-        emulator.tell("cliff")
+        emulator.order("cliff")
         keep(robot, (100, 100), lambda: robot.status.mode == "passive")
         edge = body.robot.state.x
         keep_for(robot, (100, 100), 0.5)

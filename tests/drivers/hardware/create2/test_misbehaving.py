@@ -15,9 +15,9 @@ from tests.drivers.hardware.create2.scene import (
 def test_5_percent_of_what_it_is_told(tmp_path: Path) -> None:
     """Commands have no check sum: a broken one is seen by what it says it obeys."""
     with emulated(tmp_path) as emulator, opened(emulator) as robot:
-        emulator.tell("drop 0.05 heard")
+        emulator.order("drop 0.05 heard")
         keep(robot, (300, 250), lambda: emulator.heard.done > 5)
-        emulator.tell("fine")
+        emulator.order("fine")
         keep(robot, (200, 200), lambda: wheels(emulator) == (200, 200))
         keep_for(robot, (200, 200), 0.1)
         assert wheels(emulator) == (200, 200)
@@ -28,13 +28,13 @@ def test_5_percent_of_what_it_is_told(tmp_path: Path) -> None:
 def test_it_answers_late(tmp_path: Path) -> None:
     """Later than max_age: nothing is obeyed any more, until it answers again."""
     with emulated(tmp_path) as emulator, opened(emulator) as robot:
-        emulator.tell("late 0.05")
+        emulator.order("late 0.05")
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
         keep_for(robot, (100, 100), 0.3)
         assert wheels(emulator) == (100, 100)
-        emulator.tell("late 0.8")
+        emulator.order("late 0.8")
         keep(robot, (100, 100), lambda: wheels(emulator) == (0, 0))
-        emulator.tell("fine")
+        emulator.order("fine")
         keep(robot, (100, 100), lambda: wheels(emulator) == (100, 100))
 
 

@@ -209,7 +209,7 @@ def test_unplugged_they_hold(tmp_path: Path) -> None:
         keep(robot, slow, lambda: robot.state["left/wrist/3"] > 0.2)
         for one in device.servos:
             one.told.clear()
-        emulator.tell("unplug 1")
+        emulator.order("unplug 1")
         until(lambda: device.servos[0].memory[table.WATCHDOG] < 0)
         held = {one.number: one.position for one in device.servos}
         until(lambda: robot.figures()["reconnects"] > 0)
@@ -230,7 +230,7 @@ def test_who_is_silent_is_named(
     device = ScalerServos()
     with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
         robot.silence = 0.3
-        emulator.tell("cut 13")
+        emulator.order("cut 13")
         keep(robot, HOLD, lambda: not robot.figures()["connected"])
     said = capfd.readouterr().err
     assert "the last: servo 13 (left/wrist/1) does not answer); it tries to re" in said
@@ -240,8 +240,8 @@ def test_5_percent_of_all_packets(tmp_path: Path) -> None:
     device = ScalerServos()
     with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
         assert "restart 1|101|...|18" in emulator.words
-        emulator.tell("corrupt 0.05")
-        emulator.tell("corrupt 0.05 heard")
+        emulator.order("corrupt 0.05")
+        emulator.order("corrupt 0.05 heard")
         keep(robot, THERE, lambda: emulator.said.done > 30)
         keep(robot, THERE, lambda: arrived(robot))
         figures = robot.figures()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.cable.answers import dynamixel
+from rems_net.cable.device import dynamixel
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
@@ -33,7 +33,7 @@ def test_one_does_not_answer(tmp_path: Path) -> None:
 
 def test_one_of_many_does_not_answer(tmp_path: Path) -> None:
     with emulated(tmp_path, ScalerServos()) as emulator:
-        emulator.tell("cut 13")
+        emulator.order("cut 13")
         until(lambda: not all(servo.there for servo in emulator.device.servos))
         said = refused(Arms, emulator)
     assert said.startswith(
@@ -112,7 +112,7 @@ def test_torque_is_refused(tmp_path: Path) -> None:
 def test_hot_from_the_start(tmp_path: Path) -> None:
     """It is started anew, once, which does not help."""
     with emulated(tmp_path, DynabotServos()) as emulator:
-        emulator.tell("overheat 2")
+        emulator.order("overheat 2")
         until(lambda: emulator.device.left.hot)
         said = refused(Wheels, emulator)
     assert re.match(LEFT + " reports a hardware error: it is too hot. Take", said), said

@@ -115,7 +115,7 @@ def test_one_servo_starts_anew(
         opened(Wheels, emulator) as robot,
     ):
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        emulator.tell("restart 2")
+        emulator.order("restart 2")
         keep(robot, AHEAD, lambda: robot.figures()["reconnects"] > 0)
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
     said = capfd.readouterr().err
@@ -129,7 +129,7 @@ def test_overloaded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
         opened(Wheels, emulator) as robot,
     ):
         keep(robot, AHEAD, lambda: goals(emulator) == COUNTS)
-        emulator.tell("overload 1")
+        emulator.order("overload 1")
         keep(robot, AHEAD, lambda: stand(emulator))
         keep_for(robot, AHEAD, 0.5)
         assert stand(emulator)

@@ -1,4 +1,4 @@
-"""Make: environments from experiments."""
+"""Making: environments from experiments."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ from rems_net.agents.experiment.file import load
 from rems_net.arguments import taught
 from rems_net.defdict import Schema, parse_quantity
 from rems_net.defdict.expression import Value, compiled
-from rems_net.errors import ExperimentError, RemsError, because
+from rems_net.errors import ExperimentError, RemsError, because, nearest
 from rems_net.gym.direct import Direct
 from rems_net.gym.env import Given, RobotEnv, Stage
 from rems_net.gym.fabric import OnFabric
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from rems_net.gym.parallel import ParallelRobots
 
 Keys = str | Sequence[str]
+#: the methods of a task
+METHODS = ("reward", "ends", "start")
+#: Similarity above which another method is taken for a misspelt one.
+ALIKE = 0.75
 
 
 @taught(ExperimentError, done="ends=", terminated="ends=", duration="limit=")
@@ -40,7 +44,7 @@ def make(
     ticks: int = 0,
     out: Path | str | None = None,
     fabric: bool = False,
-    vector: int = 0,
+    vector: int | None = None,
     render_mode: None = None,
 ) -> Any:
     """Return an experiment as an environment of Gymnasium.
@@ -65,7 +69,7 @@ def make(
     made = _task(task, reward, ends, start, ports)
     steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
     given = _given(lab, ports, made, steps, normalise=normalise, clip=clip)
-    if vector:
+    if vector is not None:
         return _many(vector, lab, given, _ticks(ticks, ports.every), out, fabric)
     return _env(lab, ports, given, ticks, out, fabric)
 
@@ -166,6 +170,13 @@ def make_parallel(
     from rems_net.gym.parallel import parallel
 
     lab = _loaded(lab, fabric)
+    words: tuple[Any, ...] = (act, observe, reward, ends)
+    for word, given in zip(("act", "observe", "reward", "ends"), words, strict=True):
+        if not isinstance(given or {}, Mapping) or not {*(given or {})} <= {*act}:
+            raise ExperimentError(
+                f"{word} is {given!r:.60}; expected one for each agent by its name, "
+                f"such as {word}={{'a': ...}}, of the agents of act. (R0926)"
+            )
     if {*act} != {*observe} or not act:
         raise ExperimentError(
             f"act is of {', '.join(act)} and observe of {', '.join(observe)}; expected "
@@ -263,6 +274,14 @@ def _task(
                 f"task is {task!r:.60}; expected a class below rems_net.gym.Task, and "
                 "reward, ends and start as its methods. (R0926)"
             )
+        own = vars(type(made))
+        lacks = [name for name in METHODS if name not in own]
+        for name in own:
+            if not hasattr(Task, name) and (hint := nearest(name, lacks, ALIKE)):
+                raise ExperimentError(
+                    f"{type(made).__name__} has a method {name!r}, which an "
+                    f"environment does not call.{hint} (R0926)"
+                )
         return made
     begins = Drawn(start or {}, ports.starts)
     if not (reward or ends or start):

@@ -1,4 +1,4 @@
-"""Code: the user's own classes that an offer names, found and checked here.
+"""Sources: the user's own classes that an offer names, found and checked here.
 
 Code never travels. A file of this machine is used if it is below the user's folder, has
 the same digest as on the run's machine, and defines, by its text, an agent of rems_net.

@@ -1,4 +1,4 @@
-"""Answers: identify the device at a serial port by a query in its own protocol.
+"""Device: identify the device at a serial port by a query in its own protocol.
 
 No query moves anything. But a Create 2 stands still afterwards, if a program that has
 ended left it driving.
