@@ -12,7 +12,7 @@ examples:
   rems animate                          the newest run, as an animated PNG
   rems animate runs/lab/run.mcap --speed 4
   rems animate runs/lab --out lab.gif   or .webp, or .mp4 where ffmpeg is
-  rems animate runs/lab --3d            bodies in their arena, by MuJoCo's renderer
+  rems animate runs/lab --3d            bodies in their arena, by MuJoCo
 """
 
 

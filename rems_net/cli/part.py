@@ -105,9 +105,9 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
     """Return a verb's call and the first paragraph of its docstring."""
     method = getattr(cls, name)
     signature = inspect.signature(method)
-    # An annotation of a module with `from __future__ import annotations` is source.
+    # Only that of a class is short: `float`, not `int | None`, nor source.
     words = [
-        word.replace(annotation=word.empty) if type(word.annotation) is str else word
+        word if type(word.annotation) is type else word.replace(annotation=word.empty)
         for word in list(signature.parameters.values())[1:]
     ]
     call = signature.replace(parameters=words, return_annotation=signature.empty)
