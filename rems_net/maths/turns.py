@@ -40,12 +40,12 @@ _known: tuple[float, tuple[float, float]] = (0.0, (0.0, 1.0))
 
 def sin(x: Any) -> Any:
     """Return the sine of x rad."""
-    return _pair(x)[0] if type(x) is float else spread(sin, _sines, x)
+    return sincos(x)[0] if type(x) is float else spread(sin, _sines, x)
 
 
 def cos(x: Any) -> Any:
     """Return the cosine of x rad."""
-    return _pair(x)[1] if type(x) is float else spread(cos, _cosines, x)
+    return sincos(x)[1] if type(x) is float else spread(cos, _cosines, x)
 
 
 def sincos(x: Any) -> tuple[Any, Any]:
