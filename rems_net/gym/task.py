@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from random import Random
 from typing import Any
 
-from rems_net.defdict import Schema, parse_quantity
+from rems_net.defdict import Field, Schema, parse_quantity
 from rems_net.defdict.expression import Moment as Moment
 from rems_net.defdict.expression import Names as Names
-from rems_net.errors import ExperimentError, nearest, some
+from rems_net.errors import ExperimentError, nearest
 
 
 class Task:
@@ -55,19 +55,20 @@ def _range(
     where: str, given: object, schemas: Mapping[str, Schema]
 ) -> tuple[str, str, float, float]:
     """Return robot, path, and both ends of a range in the unit of its field."""
-    known = {
-        f"{robot}.{path}": field
-        for robot, schema in schemas.items()
-        for path, field in schema.rows()
-        if field.dtype == "float" and not field.shape
-    }
-    if where not in known:
+    robot, dot, path = where.partition(".")
+    if not dot or robot not in schemas:
         raise ExperimentError(
-            f"start has {where!r}, which is no number of a robot's start; there is "
-            f"{some(known)}.{nearest(where, known)} (R0926)"
+            f"start has {where!r}; expected a robot and a field of its state, such as "
+            f"{next(iter(schemas), 'robot/sim')}.x.{nearest(robot, schemas)} (R0926)"
         )
-    robot, _, path = where.partition(".")
-    low, high = _ends(where, given, known[where].unit)
+    field = schemas[robot].find(path)
+    if not isinstance(field, Field) or field.dtype != "float" or field.shape:
+        raise ExperimentError(
+            f"start has {where!r}, and {robot} has no number {path!r} in its start; it "
+            f"has {', '.join(schemas[robot].paths)}."
+            f"{nearest(path, schemas[robot].paths)} (R0926)"
+        )
+    low, high = _ends(where, given, field.unit)
     if not low <= high:
         raise ExperimentError(
             f"start of {where} is {given!r}; expected the lower end first. (R0926)"
