@@ -71,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
     from rems_net.identification.recorded import identify
     from rems_net.recordings.recording import read
 
+    for file in filter(None, (args.out, args.suggest)):  # before what takes minutes
+        file.parent.mkdir(parents=True, exist_ok=True)
     out = console(args)
     with out.status("identify") as status:  # shown on a terminal only
         found = identify(

@@ -85,9 +85,11 @@ class Given:
         found: Any = (options or {}).get("start")
         if found is None:
             found = self.task.start(Random(f"{seed} start"))
-        if isinstance(found, Mapping) and {*found} <= {*self.robots}:
-            return found
-        wrong = next(iter(found), "") if isinstance(found, Mapping) else ""
+        wrong = ""
+        if isinstance(found, Mapping):
+            if all(k in self.robots and isinstance(found[k], Mapping) for k in found):
+                return found
+            wrong = next(iter({*found} - {*self.robots}), "")
         raise ExperimentError(
             f"the start of an episode is {found!r:.80}; expected initial values by "
             f"robot, such as {{{next(iter(self.robots), 'robot/sim')!r}: "

@@ -56,7 +56,8 @@ class OnFabric:
             if self._stack is None:
                 self._open()
             for key, initial in beginnings(self.lab, starts):
-                self._call(key, request((), {"seed": seed, "initial": initial}))
+                words = request((), {"seed": seed, "initial": initial})
+                outcome(key, self._answer(key, "@call", "reset", payload=words))
         self._values = [self._asked(key) for key in self.ports.observe]
 
     def step(self, actions: Sequence[DefDict]) -> None:
@@ -99,16 +100,6 @@ class OnFabric:
                 session.watch(session.key(key), box, remote=True)
             self._stack = stack.pop_all()
 
-    def _call(self, key: str, payload: bytes) -> None:
-        """Call `reset`, between two ticks. Raises AgentError with its reason."""
-        asked = self._session.key(key, "@call", "reset")
-        answers = self._session.ask(asked, payload, PATIENCE, first=True)
-        if not answers:
-            raise AgentError(
-                key, f"no answer to reset() within {PATIENCE:g} s. (R0522)"
-            )
-        outcome(key, answers[0].payload)
-
     def _newest(self, key: str) -> DefDict:
         """Return the value of the newest tick."""
         box, until = self._boxes[key], time.monotonic() + LATE
@@ -120,9 +111,13 @@ class OnFabric:
 
     def _asked(self, key: str) -> DefDict:
         """Return the present value, by a question."""
-        full = self._session.key(key)
-        answers = self._session.ask(full, None, PATIENCE, first=True)
+        return self.ports.observe[key].decode(self._answer(key))
+
+    def _answer(self, key: str, *parts: str, payload: bytes | None = None) -> bytes:
+        """Ask an agent between two ticks. Raises AgentError if it does not answer."""
+        full = self._session.key(key, *parts)
+        answers = self._session.ask(full, payload, PATIENCE, first=True)
         if not answers:
-            agent = key.rpartition("/")[0]
+            agent = "/".join(key.split("/")[:2])
             raise AgentError(agent, f"no answer within {PATIENCE:g} s. (R0522)")
-        return self.ports.observe[key].decode(answers[-1].payload)
+        return answers[0].payload

@@ -230,21 +230,17 @@ class Written(Task):
     """A task of expressions."""
 
     def __init__(self, reward: str, ends: str, names: Names, start: Task):
-        self._reward: Value | None = None
-        self._ends: Value | None = None
-        if reward:
-            self._reward = _compiled(reward, names, "reward")
-        if ends:
-            self._ends = _compiled(ends, names, "ends")
+        self._reward = _compiled(reward or "0", names, "reward")
+        self._ends = _compiled(ends or "0 > 1", names, "ends")
         self.start = start.start  # type: ignore[method-assign]
 
     def reward(self, now: Moment, before: Moment) -> Any:
         """Return the value of the expression, in SI units."""
-        return 0.0 if self._reward is None else self._reward(now, before)
+        return self._reward(now, before)
 
     def ends(self, now: Moment) -> Any:
         """Return the value of the expression."""
-        return False if self._ends is None else self._ends(now, now)
+        return self._ends(now, now)
 
 
 def _compiled(text: str, names: Names, what: str) -> Value:

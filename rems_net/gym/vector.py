@@ -286,15 +286,9 @@ class AsEngines(AsStages):
         for _ in range(some[0].ticks if some else 0):
             going = [stage.ticking() for stage in some]
             while due := [found for one in going if (found := next(one, None))]:
-                self._together(due)
-
-    def _together(self, due: Sequence[Callable[[], None]]) -> None:
-        """Call all of these: a share in this thread, the others in the pool's."""
-        first, *rest = (due[n :: self._threads] for n in range(self._threads))
-        done = [self._pool.submit(_all, share) for share in rest]
-        _all(first)
-        for one in done:
-            one.result()
+                shares = (due[n :: self._threads] for n in range(self._threads))
+                for _ in self._pool.map(_all, shares):
+                    pass  # it raises a share's error
 
     def close(self) -> None:
         """Close all stages, and the threads."""
