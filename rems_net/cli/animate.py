@@ -35,23 +35,24 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw the film, and print its path."""
+    from rems_net.recordings.animation.film import FromAbove, film
+
     recording = recording_of(args)
     path = (args.out or recording.folder / "film.png").absolute()
     if not 0 < args.speed < 1e6:
         raise ExperimentError(
             f"--speed is {args.speed:g}; expected a number above 0, such as 4. (R0842)"
         )
-    out = console(args)
+    about = recording.folder.name, path, args.speed
     try:
-        with out.status("film") as status:  # shown on a terminal only
+        with console(args).status("film") as status:  # shown on a terminal only
             if args.space:
                 from rems_net.films.space import InSpace
-                from rems_net.recordings.animation.film import film
 
-                with closing(InSpace(recording)) as view:
-                    film(view, recording.folder.name, path, args.speed, status.update)
+                with closing(InSpace(recording)) as space:
+                    film(space, *about, status.update)
             else:
-                recording.animate(path, speed=args.speed, progress=status.update)
+                film(FromAbove(recording.trajectories()), *about, status.update)
     except OSError as error:
         raise ExperimentError(
             f"cannot write {path}: {error.strerror}. (R0905)"

@@ -12,6 +12,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema
 from rems_net.errors import AgentError
+from rems_net.outputs.refused import failed, taken
 from rems_net.recordings.csv_file import heading, recorded
 from rems_net.recordings.export.lines import cells, headings, line, order
 from rems_net.recordings.manifest import Manifest, read_manifest
@@ -99,12 +100,8 @@ class _File:
         self.path, self._agent = path, agent
         self._shape = {port: schema.digest for port, schema in ports.items()}
         there = path.is_file()
-        if there and not again:  # no run left it, or it would have been moved
-            raise AgentError(
-                agent,
-                f"{path} is there already, and is no file of an earlier run; move it, "
-                "or give this run a folder of its own (R0801)",
-            )
+        if there and not again:
+            raise taken(agent, path)
         head = self._head(ports)
         try:
             # Unbuffered: a row goes to the system in one piece, or is taken back.
@@ -113,7 +110,7 @@ class _File:
                 self._file.seek(0, os.SEEK_END)
                 return
         except OSError as error:
-            raise self._failed(error) from None
+            raise failed(self._agent, self.path, error) from None
         if there:
             raise AgentError(
                 agent,
@@ -156,14 +153,7 @@ class _File:
                 self._file.truncate(self._file.tell() - (written or 0))
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
-            raise self._failed(error) from None
-
-    def _failed(self, error: OSError) -> AgentError:
-        return AgentError(
-            self._agent,
-            f"cannot write {self.path}: {error.strerror}; make room there, or "
-            "name another folder: rems run --out (R0801)",
-        )
+            raise failed(self._agent, self.path, error) from None
 
     def close(self) -> None:
         self._file.close()

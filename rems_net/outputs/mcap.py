@@ -11,6 +11,7 @@ from rems_net.agents.tick import Tick
 from rems_net.defdict import Batch, Schema, boolean
 from rems_net.errors import AgentError
 from rems_net.outputs.events import Events
+from rems_net.outputs.refused import failed, taken
 from rems_net.pictures import is_picture
 from rems_net.recordings.manifest import read_manifest
 from rems_net.recordings.mcap.derived import Derived, Rays, derived
@@ -80,7 +81,7 @@ class McapOutput(Output):
                 file.add(tick.n, time, {EVENTS: log(time, *event)})
             file.end_tick()
         except OSError as error:
-            raise self._failed(error) from None
+            raise failed(self.key, self.out / FILE, error) from None
         except ValueError as error:
             text = f"cannot write {self.out / FILE}: {error} (R0801)"
             raise AgentError(self.key, text) from None
@@ -94,12 +95,8 @@ class McapOutput(Output):
             self._file = McapWriter(path)
             try:
                 self._file.open(self._about())
-            except FileExistsError:  # no run left it, or it would have been moved
-                raise AgentError(
-                    self.key,
-                    f"{path} is there already, and is no file of an earlier run; move "
-                    "it, or give this run a folder of its own (R0801)",
-                ) from None
+            except FileExistsError:
+                raise taken(self.key, path) from None
         return self._file
 
     def _about(self) -> dict[str, str]:
@@ -115,20 +112,13 @@ class McapOutput(Output):
         told = read_manifest(self.out)
         return {} if told is None else {n: r.rays for n, r in told.robots.items()}
 
-    def _failed(self, error: OSError) -> AgentError:
-        text = (
-            f"cannot write {self.out / FILE}: {error.strerror}; make room there, or "
-            "name another folder: rems run --out (R0801)"
-        )
-        return AgentError(self.key, text)
-
     def close(self) -> None:
         """Write the last chunk, and the summary."""
         if self._file is not None:
             try:
                 self._file.close()
             except OSError as error:
-                raise self._failed(error) from None
+                raise failed(self.key, self.out / FILE, error) from None
 
     def expected(self, ports: Mapping[str, Schema]) -> list[str]:
         """Return the file."""

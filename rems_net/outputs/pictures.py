@@ -8,8 +8,8 @@ from rems_net.agents.agent import Output
 from rems_net.agents.ports import In
 from rems_net.agents.tick import Tick
 from rems_net.defdict import Schema
-from rems_net.errors import AgentError
 from rems_net.events import warn
+from rems_net.outputs.refused import failed, taken
 from rems_net.pictures import album, is_picture, png
 
 #: where a picture is put together; it gets its name when it is whole
@@ -49,14 +49,10 @@ class PicturesOutput(Output):
             path = self.out / name
             try:
                 path.mkdir(exist_ok=bool(self.restarts))
-            except FileExistsError:  # no run left it, or it would have been moved
-                raise AgentError(
-                    self.key,
-                    f"{path} is there already, and is no folder of an earlier run; "
-                    "move it, or give this run a folder of its own (R0801)",
-                ) from None
+            except FileExistsError:
+                raise taken(self.key, path) from None
             except OSError as error:
-                raise self._failed(path, error) from None
+                raise failed(self.key, path, error) from None
             self._folders[name] = path
         return self._folders[name]
 
@@ -67,14 +63,7 @@ class PicturesOutput(Output):
             part.replace(folder / name)
         except OSError as error:
             part.unlink(missing_ok=True)
-            raise self._failed(folder / name, error) from None
-
-    def _failed(self, path: Path, error: OSError) -> AgentError:
-        return AgentError(
-            self.key,
-            f"cannot write {path}: {error.strerror}; make room there, or "
-            "name another folder: rems run --out (R0801)",
-        )
+            raise failed(self.key, folder / name, error) from None
 
     def expected(self, ports: Mapping[str, Schema]) -> list[str]:
         """Return the folders."""

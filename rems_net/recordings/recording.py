@@ -1,6 +1,6 @@
 """A recording: what a run left in CSV and MCAP files, as arrays, tables, pictures."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
@@ -299,25 +299,19 @@ class Recording(Mapping[str, "Columns"]):
         return plot(self, fields, Path(path or self.folder / "plot.png"))
 
     def animate(
-        self,
-        path: Path | str | None = None,
-        *,
-        speed: float = 1.0,
-        progress: Callable[[str], object] = len,
+        self, path: Path | str | None = None, *, speed: float = 1.0
     ) -> "Picture":
         """Draw a film of where the robots drive: `film.png` in its folder, or `path`.
 
         The suffix is the format: .png (animated), .gif, .webp, or .mp4 with ffmpeg.
-        speed: seconds of the recording in a second of the film.  progress: gets a
-        line for each picture. Raises MissingPartError without Pillow, ExperimentError
-        if nothing drives.
+        speed: seconds of the recording in a second of the film. Raises
+        MissingPartError without Pillow, ExperimentError if nothing drives.
         """
         from rems_net.recordings.animation.film import FromAbove, film
         from rems_net.recordings.plot import Picture
 
         path = Path(path or self.folder / "film.png")
-        view = FromAbove(self.trajectories())
-        film(view, self.folder.name, path, speed, progress)
+        film(FromAbove(self.trajectories()), self.folder.name, path, speed)
         return Picture(path)
 
 

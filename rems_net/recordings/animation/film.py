@@ -57,7 +57,7 @@ def film(
     title: str,
     path: Path,
     speed: float,
-    progress: Callable[[str], object] = len,
+    progress: Callable[[str], object] | None = None,
 ) -> None:
     """Write an animated file, whose format is its suffix.
 
@@ -108,7 +108,7 @@ def _mp4(pictures: Iterator[Any], path: Path) -> None:
 
 
 def _pictures(
-    view: View, title: str, speed: float, progress: Callable[[str], object]
+    view: View, title: str, speed: float, progress: Callable[[str], object] | None
 ) -> Iterator[Any]:
     """Yield the pictures of a film."""
     image, draw, fonts = _pillow()
@@ -128,7 +128,8 @@ def _pictures(
             pen.text((8, 26 + 16 * i), name, COLOURS[i % len(COLOURS)], font)
         pen.text((SIZE[0] - 8, 8), f"{now:.2f} s", INK, font, "ra")
         yield picture
-        progress(f"picture {number} of {count}")
+        if progress is not None:
+            progress(f"picture {number} of {count}")
 
 
 def _pillow() -> tuple[Any, Any, Any]:

@@ -1,6 +1,5 @@
 """Random access: messages of a channel at a time, without the rest of the file."""
 
-import struct
 from collections import OrderedDict
 from threading import Lock
 from typing import NamedTuple
@@ -9,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.recordings.mcap import records as mcap
-from rems_net.recordings.mcap.reader import LONGEST, McapFile
+from rems_net.recordings.mcap.index import PLACE, pairs
+from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.records import Channel
 from rems_net.recordings.mcap.scan import check_compression
 
@@ -17,10 +17,6 @@ from rems_net.recordings.mcap.scan import check_compression
 Places = NDArray[np.int64]
 #: bytes of message indexes that stay in memory
 KEPT = 1 << 24
-#: a message index, before its pairs of time and place
-_INDEX = struct.Struct("<BQHI")
-#: in the index of a chunk: a channel, and where its message index is
-_PLACE = np.dtype([("id", "<u2"), ("at", "<u8")])
 _NONE: Places = np.zeros((0, 2), np.int64)
 
 
@@ -46,7 +42,7 @@ class Access:
         for one in self._chunks:
             check_compression(one.compression, file.path.name)
         self._starts = np.array([one.start for one in self._chunks], np.int64)
-        ids = [np.frombuffer(one.places, _PLACE)["id"] for one in self._chunks]
+        ids = [np.frombuffer(one.places, PLACE)["id"] for one in self._chunks]
         every = np.concatenate([np.zeros(0, "<u2"), *ids])
         numbers = np.repeat(np.arange(len(ids), dtype=np.int32), [*map(len, ids)])
         order = np.argsort(every, kind="stable")
@@ -97,7 +93,7 @@ class Access:
                 code, length, number, n, time, _ = head.unpack(stream.read(head.size))
                 size = length - mcap.MESSAGE_FIELDS
                 right = code == mcap.MESSAGE and number == channel.id
-                if not right or not 0 <= size <= LONGEST:
+                if not right or not 0 <= size <= mcap.LONGEST:
                     raise ValueError("a message is not at the place in its index")
                 found.append(Message(n, time, stream.read(size)))
         return found
@@ -116,23 +112,6 @@ class Access:
 
     def _read_index(self, number: int, channel: int) -> Places:
         chunk = self._chunks[number]
-        where = np.frombuffer(chunk.places, _PLACE)
-        self._stream.seek(int(where["at"][where["id"] == channel][0]))
         begin = chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS
-        head = self._stream.read(_INDEX.size)
-        if len(head) == _INDEX.size:
-            code, _, one, size = _INDEX.unpack(head)
-            data = self._stream.read(min(size, LONGEST))
-            if (code, one, len(data)) == (mcap.MESSAGE_INDEX, channel, size):
-                pairs: Places = np.frombuffer(data, "<i8", size // 16 * 2)
-                made: Places = pairs.reshape(-1, 2) + np.array([0, begin])
-                return made
-        # A killed process has left the chunk without its indexes.
-        self._stream.seek(begin)
-        data = self._stream.read(chunk.size)
-        found = [
-            (mcap.MESSAGE_HEAD.unpack_from(data, at)[4], begin + at)
-            for code, at, content in mcap.records(data)
-            if code == mcap.MESSAGE and content[:2] == channel.to_bytes(2, "little")
-        ]
-        return np.array(found, np.int64).reshape(-1, 2)
+        found: Places = pairs(self._stream, chunk, channel) + np.array([0, begin])
+        return found

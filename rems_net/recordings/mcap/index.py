@@ -1,4 +1,7 @@
-"""Where messages are in a chunk, computed for all of them at once."""
+"""Where messages are in a chunk, computed for all of them at once, and read back."""
+
+import struct
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +13,9 @@ Whole = NDArray[np.int64]
 NONE = np.zeros(0, np.int64)
 #: a message index, before its pairs of time and place
 _INDEX = [("opcode", "u1"), ("length", "<u8"), ("id", "<u2"), ("size", "<u4")]
-#: where one is, in the index of a chunk
-_PLACE = np.dtype([("id", "<u2"), ("at", "<u8")])
+_INDEX_HEAD = struct.Struct("<BQHI")
+#: in the index of a chunk: a channel, and where its message index is
+PLACE = np.dtype([("id", "<u2"), ("at", "<u8")])
 
 
 class Index:
@@ -39,7 +43,7 @@ class Index:
             rows["length"], rows["size"] = 6 + 16 * count, 16 * count
             which = self._first[these][:, None] + np.arange(count)
             rows["pairs"] = self._pairs[which]
-            where = np.zeros(len(rows), _PLACE)
+            where = np.zeros(len(rows), PLACE)
             where["id"] = rows["id"]
             where["at"] = at + rows.itemsize * np.arange(len(rows))
             parts.append(rows.tobytes())
@@ -48,3 +52,30 @@ class Index:
         chunk.places = b"".join(places)
         chunk.trailing = at - chunk.at - chunk.length
         return b"".join(parts)
+
+
+def pairs(file: IO[bytes], chunk: ChunkIndex, channel: int) -> Whole:
+    """Return the times [ns] of a channel's messages in a chunk and their places (n, 2).
+
+    Raises ValueError for a damaged file.
+    """
+    where = np.frombuffer(chunk.places, PLACE)
+    found = where["at"][where["id"] == channel].tolist()
+    if not found:
+        return NONE.reshape(-1, 2)
+    file.seek(found[0])
+    head = file.read(_INDEX_HEAD.size)
+    if len(head) == _INDEX_HEAD.size:
+        code, _, one, size = _INDEX_HEAD.unpack(head)
+        data = file.read(min(size, mcap.LONGEST))
+        if (code, one, len(data)) == (mcap.MESSAGE_INDEX, channel, size):
+            return np.frombuffer(data, "<i8", size // 16 * 2).reshape(-1, 2)
+    # A killed process has left the chunk without its indexes.
+    file.seek(chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS)
+    data = file.read(chunk.size)
+    there = [
+        (mcap.MESSAGE_HEAD.unpack_from(data, at)[4], at)
+        for code, at, content in mcap.records(data)
+        if code == mcap.MESSAGE and content[:2] == channel.to_bytes(2, "little")
+    ]
+    return np.array(there, np.int64).reshape(-1, 2)

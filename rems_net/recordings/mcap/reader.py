@@ -20,6 +20,7 @@ from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.manifest import Manifest, parsed
 from rems_net.recordings.mcap import records as mcap
+from rems_net.recordings.mcap.index import NONE, pairs
 from rems_net.recordings.mcap.log import (
     CLOCK,
     EVENTS,
@@ -30,9 +31,6 @@ from rems_net.recordings.mcap.log import (
 from rems_net.recordings.mcap.records import Channel, ChunkIndex
 from rems_net.recordings.mcap.scan import check_magic, is_whole, opened, scan
 from rems_net.recordings.mcap.writer import DERIVED, EXPERIMENT, SCHEMA
-
-#: bytes of the longest summary, and of the longest chunk, that is read
-LONGEST = 1 << 30
 
 
 class McapFile:
@@ -101,7 +99,7 @@ class McapFile:
                     f"of a run. Type: rems repair {self.path} "
                     "(R0805)"
                 )
-            if size - start > LONGEST:
+            if size - start > mcap.LONGEST:
                 raise ValueError(f"its summary has {size - start} bytes")
             file.seek(start)
             data = file.read(size - start - len(mcap.MAGIC) - 4)
@@ -209,28 +207,17 @@ class McapFile:
     def _messages(self, number: int) -> Iterator[tuple[list[int], list[bytes]]]:
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
-                at = chunk.indexes().get(number)
-                if at is not None:
-                    yield self._of(file, chunk, number)
+                index = pairs(file, chunk, number)
+                if len(index):
+                    data = self._opened(file, chunk)
+                    yield index[:, 0].tolist(), list(_messages(data, index, number))
 
     def times(self, key: str) -> NDArray[np.int64]:
         """Return the log times (n,) [ns] of a channel; only indexes are read."""
-        number, found = self.channels[key].id, []
+        number = self.channels[key].id
         with self.readable(), self.path.open("rb") as file:
-            for chunk in self.chunks:
-                at = chunk.indexes().get(number)
-                if at is None:
-                    continue
-                if at >= chunk.at + chunk.length + chunk.trailing:
-                    found += self._of(file, chunk, number)[0]
-                    continue
-                file.seek(at)
-                head = file.read(mcap.HEAD.size + 6)
-                cursor = mcap.Cursor(head[mcap.HEAD.size :])
-                _, length = cursor.take("HI")
-                pairs = np.frombuffer(file.read(length), "<u8")
-                found += pairs[::2].tolist()
-        return np.array(found, np.int64)
+            found = [pairs(file, chunk, number)[:, 0] for chunk in self.chunks]
+        return np.concatenate([NONE, *found])
 
     def ticks(self) -> Iterator[tuple[int, dict[str, bytes]]]:
         """Yield each tick's number and its messages by key, in the file's order."""
@@ -242,7 +229,7 @@ class McapFile:
         head = mcap.MESSAGE_HEAD
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
-                _, data = self._opened(file, chunk)
+                data = self._opened(file, chunk)
                 n, time, found = -1, 0, dict[str, bytes]()
                 for code, at, content in mcap.records(data):
                     if code != mcap.MESSAGE:
@@ -257,38 +244,24 @@ class McapFile:
                 if found:
                     yield n, time, found
 
-    def _of(
-        self, file: IO[bytes], chunk: ChunkIndex, number: int
-    ) -> tuple[list[int], list[bytes]]:
-        record, data = self._opened(file, chunk)
-        times, found = [], []
-        where = chunk.indexes()[number] - chunk.at
-        places: tuple[int, ...] = ()
-        if where + mcap.HEAD.size + 6 <= len(record):
-            cursor = mcap.Cursor(record[where + mcap.HEAD.size :])
-            _, length = cursor.take("HI")
-            places = cursor.take(f"{length // 8}Q")[1::2]
-        else:  # a killed process has left the chunk without its indexes
-            places = tuple(
-                at for code, at, _ in mcap.records(data) if code == mcap.MESSAGE
-            )
-        head, size = mcap.MESSAGE_HEAD, mcap.MESSAGE_HEAD.size
-        for at in places:
-            _, length, channel, _, time, _ = head.unpack_from(data, at)
-            if channel == number:
-                times.append(time)
-                found.append(data[at + size : at + mcap.HEAD.size + length])
-        return times, found
-
-    def _opened(self, file: IO[bytes], chunk: ChunkIndex) -> tuple[bytes, bytes]:
-        """Return the record of a chunk with its indexes, and what is in it."""
+    def _opened(self, file: IO[bytes], chunk: ChunkIndex) -> bytes:
+        """Return what is in a chunk."""
         file.seek(chunk.at)
-        if chunk.length > LONGEST:
+        if chunk.length > mcap.LONGEST:
             raise ValueError(f"a chunk has {chunk.length} bytes")
-        record = file.read(chunk.length + chunk.trailing)
+        record = file.read(chunk.length)
         opcode, size = mcap.HEAD.unpack_from(record)
         begin = mcap.HEAD.size
         if opcode != mcap.CHUNK or begin + size != chunk.length:
             raise ValueError("a chunk is not where the index has it")
-        data, _, _ = opened(record[begin : chunk.length], self.path.name)
-        return record, data
+        return opened(record[begin:], self.path.name)[0]
+
+
+def _messages(data: bytes, index: NDArray[np.int64], number: int) -> Iterator[bytes]:
+    """Yield the messages of a channel in a chunk. Raises ValueError."""
+    head = mcap.MESSAGE_HEAD
+    for at in index[:, 1].tolist():
+        code, length, channel, *_ = head.unpack_from(data, at)
+        if (code, channel) != (mcap.MESSAGE, number):
+            raise ValueError("a message is not at the place in its index")
+        yield data[at + head.size : at + mcap.HEAD.size + length]

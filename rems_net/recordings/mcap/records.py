@@ -29,6 +29,8 @@ CHUNK_FIELDS = CHUNK_HEAD.size + 4 + 8
 FOOTER_FIELDS = struct.Struct("<QQI")
 #: bytes at the end of every finished file: its footer, and the magic again
 END = HEAD.size + FOOTER_FIELDS.size + len(MAGIC)
+#: bytes of the longest summary, and of the longest chunk, that is read
+LONGEST = 1 << 30
 
 
 class Schema(NamedTuple):
@@ -68,10 +70,6 @@ class ChunkIndex:
     places: bytes = b""
     #: bytes of the message indexes behind it
     trailing: int = 0
-
-    def indexes(self) -> dict[int, int]:
-        """Return where each channel's message index is."""
-        return dict(struct.iter_unpack("<HQ", self.places))
 
 
 def record(opcode: int, content: bytes) -> bytes:
