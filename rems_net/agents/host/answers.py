@@ -251,7 +251,8 @@ def made_of(cls: type) -> tuple[str, str]:
     For a robot that is `Cart` and `Kinematic`, the class is Cart.
     """
     if cls not in _made:
-        of = next((b for b in cls.__mro__ if _defines(b)), cls)
+        bases = (b for b in cls.__mro__ if not issubclass(b, Driver))
+        of = next((b for b in bases if issubclass(b, Definition)), cls)
         try:
             source = inspect.getsource(of)
         except (OSError, TypeError):  # the source is in no file, or the file is gone
@@ -259,10 +260,6 @@ def made_of(cls: type) -> tuple[str, str]:
         digest = blake2b(source.encode(), digest_size=8).hexdigest()
         _made[cls] = of.__name__, digest
     return _made[cls]
-
-
-def _defines(cls: type) -> bool:
-    return issubclass(cls, Definition) and not issubclass(cls, Driver)
 
 
 def tell_scene(

@@ -158,13 +158,6 @@ class DefDict(FixedMapping, Arithmetic):
         make = unyt.unyt_array if field.shape else unyt.unyt_quantity
         return make(self[path], unit)
 
-    def with_units(self) -> dict[str, Any]:
-        """Return path to quantity of unyt; a field without a unit stays as it is."""
-        return {
-            path: self.quantity(path) if field.numeric and field.unit else leaf
-            for path, field, leaf in self._rows()
-        }
-
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return {path: {"value": ..., "unit": ...}} of what JSON can hold."""
         found = {}
