@@ -105,9 +105,10 @@ def compile_into(made: Path, files: list[Path]) -> None:
             done = run(*command, "-lm")
             if done.returncode != 0 or not new.exists():
                 lines = [line for line in done.stderr.splitlines() if "error" in line]
+                name, first = command[0], [*lines, "no reason"][0].strip()
                 raise MissingPartError(
-                    f"The C compiler {command[0]} does not compile the firmware: "
-                    f"{[*lines, 'no reason'][0].strip()} (R0709)"
+                    f"The C compiler {name} does not compile the firmware: {first} "
+                    "(R0709)"
                 )
             with suppress(PermissionError):  # Windows: another process made it
                 new.replace(made)
