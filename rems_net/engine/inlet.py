@@ -118,10 +118,14 @@ class Inlet:
             self.agent.settle(self.port, theirs)
             lock(self.agent.__dict__[self.port], self._refuse)
             self.schema = theirs
-        wanted = self.schema or theirs
+        wanted = self._wanted(theirs)
         if self.schema is None:
             self.agent.__dict__[self.port][key] = lock(wanted(), self._refuse)
         return connect(theirs, wanted, self.run.rules, key, self.key)
+
+    def _wanted(self, theirs: Schema) -> Schema:
+        """Return the schema to which values of this writer are converted."""
+        return self.schema or theirs
 
     def _check(self, read: list[Written]) -> None:
         """Warn, once each, of a glob that matches nothing or too much."""
