@@ -71,17 +71,14 @@ def misfit(
             f"{name}() takes {_listed(places) or 'nothing'} by place, and got "
             f"{len(given)} values; write the others by name: {_listed(named)}. (R0125)"
         )
-    lacks = [n for n in places[len(given) :] if _needed(takes[n]) and n not in kwargs]
+    needed = [n for n in places[len(given) :] if takes[n].default is Parameter.empty]
+    lacks = [n for n in needed if n not in kwargs]
     return (
         f"{name}() is called without {_listed(lacks)}. It takes {_listed(takes)}. "
         "(R0125)"
         if lacks
         else f"{name}() got a value twice: {_listed(kwargs)}. (R0125)"
     )
-
-
-def _needed(one: Parameter) -> bool:
-    return one.default is one.empty
 
 
 def _listed(names: Collection[Any]) -> str:

@@ -30,28 +30,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = [
-    "AgentError",
-    "ConformanceError",
-    "ConversionError",
-    "DeniedError",
-    "DimensionError",
-    "ExperimentError",
-    "FabricError",
-    "FieldValueError",
-    "FixedKeysError",
-    "MissingPartError",
-    "NoRouterError",
-    "RemsError",
-    "SchemaError",
-    "UnitError",
-    "UnknownAttributeError",
-    "UnknownFieldError",
-    "UnreachableError",
-    "WireError",
-    "nearest",
-]
-
 
 class RemsError(Exception):
     """The root: `except RemsError` catches every deliberate error of rems_net."""

@@ -25,20 +25,7 @@ class Tick(NamedTuple):
             "tick.dt the seconds since the one before (R0512)"
         )
 
-    def __mul__(self, other: object) -> NoReturn:
-        self._refuse(other)
-
-    def __add__(self, other: object) -> NoReturn:
-        self._refuse(other)
-
-    def __truediv__(self, other: object) -> NoReturn:
-        self._refuse(other)
-
-    def __sub__(self, other: object) -> NoReturn:
-        self._refuse(other)
-
-    def __rmul__(self, other: object) -> NoReturn:
-        self._refuse(other)
+    __mul__ = __add__ = __truediv__ = __sub__ = __rmul__ = _refuse  # type: ignore[misc]
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, int | float):

@@ -212,7 +212,8 @@ class Client:
                 # first.
                 for came in asking.come():
                     gathered.hear(came)
-                if self._clock_has_said(glob, gathered):
+                keys = (self.session.key(*said) for said in CLOCK)
+                if {k for k in keys if meets(glob, k)} <= gathered.values.keys():
                     missing.discard("clock")
                 if before != (len(gathered.values), len(missing)):
                     last = now
@@ -229,10 +230,6 @@ class Client:
         if any(meets(glob, key(*said)) for said in CLOCK) and self.is_there("clock"):
             found.add("clock")
         return found
-
-    def _clock_has_said(self, glob: str, gathered: Gathered[Any]) -> bool:
-        keys = {self.session.key(*said) for said in CLOCK}
-        return {k for k in keys if meets(glob, k)} <= gathered.values.keys()
 
     def is_there(self, agent: str) -> bool:
         """Return whether an agent, or the clock, is present."""

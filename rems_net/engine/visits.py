@@ -107,17 +107,14 @@ class Visits:
             if one.verb == HOLD:
                 runtime(agent).stopped = bool(one.args[0])
             elif one.verb == PUT:
-                self._put_again(agent, *one.args)
+                port, values, source_tick = one.args
+                for inlet in self._inlets:
+                    mine = inlet.agent is agent and inlet.port == port
+                    if mine and inlet.source is None:
+                        inlet.put(values, source_tick)
             else:  # an error went to its caller then
                 perform(self.verbs(agent), one.verb, request((*one.args,), one.kwargs))
         self.n, self.busy = n, True
-
-    def _put_again(
-        self, agent: Agent, port: str, values: Mapping[str, Any], source_tick: int
-    ) -> None:
-        for inlet in self._inlets:
-            if inlet.agent is agent and inlet.port == port and inlet.source is None:
-                inlet.put(values, source_tick)
 
     def end(self) -> None:
         """End a tick."""

@@ -104,7 +104,12 @@ def compile_into(made: Path, files: list[Path]) -> None:
             command = [compiler(), *flags, *units]
             done = run(*command, "-lm")
             if done.returncode != 0 or not new.exists():
-                raise MissingPartError(_failed(command[0], done.stderr))
+                lines = [line for line in done.stderr.splitlines() if "error" in line]
+                name, first = command[0], [*lines, "no reason"][0].strip()
+                raise MissingPartError(
+                    f"The C compiler {name} does not compile the firmware: {first} "
+                    "(R0709)"
+                )
             with suppress(PermissionError):  # Windows: another process made it
                 new.replace(made)
     except subprocess.TimeoutExpired:
@@ -129,9 +134,3 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
         timeout=COMPILE_TIMEOUT,
         check=False,
     )
-
-
-def _failed(name: str, told: str) -> str:
-    lines = [line for line in told.splitlines() if "error" in line] or ["no reason"]
-    first = lines[0].strip()
-    return f"The C compiler {name} does not compile the firmware: {first} (R0709)"

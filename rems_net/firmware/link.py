@@ -198,11 +198,6 @@ class ZenohLink:
         asked.refuse(sentence.decode(errors="replace"))
         return True
 
-    def _number(self, question: Question) -> int:
-        self._last += 1
-        self._questions[self._last] = question
-        return self._last
-
     def poll(self, _: Any, ms: int) -> None:
         box, letter = self._box, self._box.get(ms / 1000)
         for _again in range(AT_ONCE):
@@ -236,7 +231,8 @@ class ZenohLink:
                 most = f"a Woodbot reads at most {library.PAYLOAD}"
                 question.refuse(f"{question.size} bytes came; {most}")
             return
-        number = self._number(question)
+        self._last = number = self._last + 1
+        self._questions[number] = question
         words = (f"{k}={v}" if v else k for k, v in question.parameters.items())
         key, payload = question.key.encode(), question.payload
         asked = ";".join(words).encode(), _bytes(payload)

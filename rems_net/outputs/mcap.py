@@ -59,7 +59,8 @@ class McapOutput(Output):
             if self._ports != ports:
                 schemas = {k: one for some in read for k, one in some.schemas.items()}
                 if not self.options.pictures:
-                    self._out = {key for key in schemas if _shows(schemas[key])}
+                    rows = ((k, f) for k, s in schemas.items() for _, f in s.rows())
+                    self._out = {key for key, field in rows if is_picture(field)}
                     schemas = {k: schemas[k] for k in schemas.keys() - self._out}
                 self._ports, self._derived = ports, derived(schemas, self._rays())
                 file.declare(schemas, self._derived)
@@ -127,7 +128,3 @@ class McapOutput(Output):
     def made(self) -> list[Path]:
         """Return the file."""
         return [] if self._file is None else [self._file.path]
-
-
-def _shows(schema: Schema) -> bool:
-    return any(is_picture(one) for _, one in schema.rows())

@@ -3,9 +3,9 @@
 from math import pi
 
 from rems_net.agents.ports import Out
-from rems_net.bodies.body import Box, Encoder, Part, Sphere
+from rems_net.bodies.body import Box, Part, Sphere
 from rems_net.bodies.noise import Noise
-from rems_net.robots.differential import Differential, figures
+from rems_net.robots.differential import ENCODERS, Differential, figures
 from rems_net.robots.sensing import sensed
 
 SERVO = "XL430-W250 e-Manual"
@@ -21,10 +21,7 @@ class Dynabot(Differential):
     has the same servos. Measure your own, and set them in its parameters.
     """
 
-    senses = (
-        Encoder("encoder/left", "wheel/left"),
-        Encoder("encoder/right", "wheel/right"),
-    )
+    senses = ENCODERS
     wheel_width, wheel_mass, gears = 0.018, 0.03, 2e-3  # guesses
     droop = 0.05  # a guess, too: with less, MuJoCo's wheels slip
 

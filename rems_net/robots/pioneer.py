@@ -36,6 +36,12 @@ def _sonars(places: tuple[tuple[int, int], ...], height: float) -> tuple[Ray, ..
     )
 
 
+def _devices(left: list[str], right: list[str]) -> Devices:
+    """Return the devices in Webots; left, right: the names of the wheels' motors."""
+    turned = encoders(f"{left[0]} sensor", f"{right[0]} sensor")
+    return Devices(motors=two_sides(left, right), readings=(*turned, *SONARS))
+
+
 def _noise(self: Definition) -> dict[str, Noise]:
     """Return the noise of the sensors.
 
@@ -102,13 +108,7 @@ class Pioneer3DX(Differential):
 
     def webots(self) -> Devices:
         """Return the devices' names in Webots' Pioneer3dx."""
-        return Devices(
-            motors=two_sides(["left wheel"], ["right wheel"]),
-            readings=(
-                *encoders("left wheel sensor", "right wheel sensor"),
-                *SONARS,
-            ),
-        )
+        return _devices(["left wheel"], ["right wheel"])
 
 
 class Pioneer3AT(SkidSteered):
@@ -154,13 +154,7 @@ class Pioneer3AT(SkidSteered):
 
     def webots(self) -> Devices:
         """Return the devices' names in Webots' Pioneer3at."""
-        return Devices(
-            motors=two_sides(
-                ["front left wheel", "back left wheel"],
-                ["front right wheel", "back right wheel"],
-            ),
-            readings=(
-                *encoders("front left wheel sensor", "front right wheel sensor"),
-                *SONARS,
-            ),
+        return _devices(
+            ["front left wheel", "back left wheel"],
+            ["front right wheel", "back right wheel"],
         )

@@ -2,7 +2,7 @@
 
 from collections.abc import Set
 
-from rems_net.defdict import Field, Rule, Schema, boolean
+from rems_net.defdict import Rule, Schema, boolean
 from rems_net.teleop.stick import STICK
 
 #: percent. Deflection of the stick by a key; SLOW with shift, FAST without.
@@ -27,11 +27,9 @@ SHIFT, SPACE = "shift", "space"
 KEYS = (*MOTIONS, SHIFT, SPACE)
 
 
-def _key(name: str) -> Field:
-    return boolean(doc="whether it is held down")
-
-
-KEYBOARD = Schema("keyboard", {name: _key(name) for name in KEYS})
+KEYBOARD = Schema(
+    "keyboard", dict.fromkeys(KEYS, boolean(doc="whether it is held down"))
+)
 
 
 def stick_of(held: Set[str]) -> dict[str, float]:

@@ -256,7 +256,7 @@ def test_help_shows_the_arguments() -> None:
     shown = pydoc.plain(pydoc.render_doc(length))
     # A line for each since Python 3.13.
     together = " ".join(shown.split()).replace("( ", "(")
-    assert "length(unit: 'str' = 'm', *, range: " in together
+    assert "length(unit: str = 'm', *, range: " in together
     assert "Make a field that holds length, by default in m." in shown
 
 

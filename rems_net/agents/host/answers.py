@@ -118,7 +118,12 @@ class Answers:
                 return
             agents = asked(question, self._agents)
             if question.key.endswith("/@schema"):
-                self._answer_schemas(question, agents)
+                for agent in agents:
+                    key = self._key(agent.key, "@schema")
+                    if question.covers(key):
+                        published = agent.published().items()
+                        schemas = {port: one.to_wire() for port, one in published}
+                        question.answer(key, pack(schemas))
                 return
             if "/@lease" in question.key:
                 for agent in agents:
@@ -141,13 +146,6 @@ class Answers:
                 for n, message, stamp in crowd.recent:
                     if n >= since:
                         question.answer(crowd.key, message, crowd.encoding, stamp)
-
-    def _answer_schemas(self, question: Question, agents: list[Agent]) -> None:
-        for agent in agents:
-            key = self._key(agent.key, "@schema")
-            if question.covers(key):
-                schemas = {p: s.to_wire() for p, s in agent.published().items()}
-                question.answer(key, pack(schemas))
 
 
 def _answer_port(question: Question, outlet: Outlet, as_json: bool) -> None:
@@ -251,7 +249,8 @@ def made_of(cls: type) -> tuple[str, str]:
     For a robot that is `Cart` and `Kinematic`, the class is Cart.
     """
     if cls not in _made:
-        of = next((b for b in cls.__mro__ if _defines(b)), cls)
+        bases = (b for b in cls.__mro__ if not issubclass(b, Driver))
+        of = next((b for b in bases if issubclass(b, Definition)), cls)
         try:
             source = inspect.getsource(of)
         except (OSError, TypeError):  # the source is in no file, or the file is gone
@@ -259,10 +258,6 @@ def made_of(cls: type) -> tuple[str, str]:
         digest = blake2b(source.encode(), digest_size=8).hexdigest()
         _made[cls] = of.__name__, digest
     return _made[cls]
-
-
-def _defines(cls: type) -> bool:
-    return issubclass(cls, Definition) and not issubclass(cls, Driver)
 
 
 def tell_scene(

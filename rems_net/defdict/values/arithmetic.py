@@ -40,6 +40,18 @@ class Arithmetic:
     def _assign(self, values: Any) -> None:
         raise NotImplementedError
 
+    def to_array(self) -> Any:
+        raise NotImplementedError
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        """Return the numbers of all its fields, for `np.asarray(value["wheel/*"])`."""
+        if copy is False:
+            raise ValueError(
+                f"the numbers of {self._named()[0]} are copied into an array; leave "
+                "out copy=False. (R0109)"
+            )
+        return self.to_array().astype(dtype or np.float64)
+
     def __add__(self, other: Any) -> Any:
         return _result(operator.add, self, other)
 

@@ -81,15 +81,6 @@ class GlobView(MutableMapping[str, Any], Arithmetic):
             parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
         return np.concatenate(parts)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
-        """Return the selected numbers, for `np.asarray(value["wheel/*"])`."""
-        if copy is False:
-            raise ValueError(
-                f"the numbers of {self._tree.name} are copied into an array; leave "
-                "out copy=False. (R0109)"
-            )
-        return self.to_array().astype(dtype or np.float64)
-
     def _named(self) -> tuple[str, Iterable[tuple[str, Field, Any]]]:
         fields = dict(self._tree.rows())
         rows = ((path, fields[path], self._value[path]) for path in self._paths)

@@ -121,15 +121,6 @@ class DefDict(FixedMapping, Arithmetic):
         flat = np.concatenate(parts) if parts else np.empty(0)
         return flat.reshape(-1, 1) if column else flat
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
-        """Return the numbers of all fields, for `np.asarray(value)`."""
-        if copy is False:
-            raise ValueError(
-                f"the numbers of {self._schema.name} are copied into an array; leave "
-                "out copy=False. (R0109)"
-            )
-        return self.to_array().astype(dtype or np.float64)
-
     def from_array(self, numbers: Any) -> None:
         """Set all fields from a vector or a column of numbers; all or none."""
         found = np.asarray(numbers)
@@ -157,13 +148,6 @@ class DefDict(FixedMapping, Arithmetic):
         unit = field.unit if field.unit not in ("", "ratio") else "dimensionless"
         make = unyt.unyt_array if field.shape else unyt.unyt_quantity
         return make(self[path], unit)
-
-    def with_units(self) -> dict[str, Any]:
-        """Return path to quantity of unyt; a field without a unit stays as it is."""
-        return {
-            path: self.quantity(path) if field.numeric and field.unit else leaf
-            for path, field, leaf in self._rows()
-        }
 
     def describe(self) -> dict[str, dict[str, Any]]:
         """Return {path: {"value": ..., "unit": ...}} of what JSON can hold."""

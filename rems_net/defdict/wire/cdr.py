@@ -252,7 +252,9 @@ def _taker(tree: Tree) -> Take:
                 for (leaf, one), found in zip(
                     run, form.unpack_from(data, at), strict=True
                 ):
-                    leaves[leaf] = _array(one, found) if one.shape else found
+                    if one.shape:
+                        found = np.frombuffer(found, one.element).reshape(one.shape)
+                    leaves[leaf] = found
                 at += form.size
         for leaf, (path, one) in enumerate(tree.rows()):
             if one.item is None:
@@ -260,10 +262,6 @@ def _taker(tree: Tree) -> Take:
         return leaves, at
 
     return take
-
-
-def _array(one: Field, data: bytes) -> Any:
-    return np.frombuffer(data, one.element).reshape(one.shape)
 
 
 def _take_open(one: Field, data: bytes, at: int) -> tuple[Any, int]:

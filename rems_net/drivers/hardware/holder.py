@@ -21,7 +21,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from math import inf
 from threading import Event, RLock, Thread, Timer
-from typing import Any, Protocol
+from typing import Any
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
@@ -38,16 +38,6 @@ LEAVE = 0.9
 SENDING = 0.25
 #: bytes of a read from a socket
 CHUNK = 4096
-
-
-class Port(Protocol):
-    """A serial port or a connection. One thread reads, another one does the rest."""
-
-    def read(self) -> bytes | None: ...
-    def write(self, data: bytes) -> None: ...
-    def set_baud(self, baud: int) -> None: ...
-    def leave(self) -> None: ...
-    def close(self) -> None: ...
 
 
 class SerialPort:
@@ -113,6 +103,10 @@ class SocketPort:
     def close(self) -> None:
         """Close the connection."""
         self._link.close()
+
+
+#: One thread reads it, another one does the rest.
+Port = SerialPort | SocketPort
 
 
 def open_port(kind: str, **given: Any) -> Port:

@@ -1,6 +1,8 @@
 """Odometry: a robot's pose from the counts of its two wheels' encoders."""
 
+from collections.abc import Iterable, Mapping
 from math import pi
+from typing import Any
 
 from rems_net.maths import sincos
 
@@ -45,6 +47,21 @@ class Odometer:
         self.y += chord * sine
         self.heading += turn
 
+    def state(self) -> dict[str, float]:
+        """Return the pose and the wheels' angles as fields of a state."""
+        return {
+            "x": self.x,
+            "y": self.y,
+            "heading": self.heading,
+            "wheel/left": self.left,
+            "wheel/right": self.right,
+        }
+
     def _passed(self, before: int, after: int) -> float:
         half = self._wrap // 2
         return ((after - before + half) % self._wrap - half) * self._count
+
+
+def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
+    """Return those of the fields that a definition has."""
+    return {path: found[path] for path in paths if path in found}

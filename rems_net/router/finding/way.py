@@ -21,6 +21,8 @@ CONNECT_TIMEOUT, GLANCE = 3.0, 1.0
 SOON = 0.5
 #: ports at which a machine, or a network's gateway, accepts or refuses if it is on
 _MACHINE, _GATEWAY = (9, 22, 80, 445), (53, 80, 443)
+#: advice for a firewall
+ALLOW = "allow Python on it"
 #: advice if the Wi-Fi keeps laptops apart
 APART = (
     "this Wi-Fi keeps laptops apart (client isolation): use a hotspot or an access "
@@ -46,13 +48,13 @@ def trouble(endpoint: str) -> str:
         return (
             f"{host} is there, and nothing listens at port {port}: start `rems router "
             "serve` or `python -m rems_net.router` on it, or mind the port. If it "
-            f"runs there, a firewall refuses what comes: {_allow()}"
+            f"runs there, a firewall refuses what comes: {ALLOW}"
         )
     except TimeoutError:
         return _silent(host, port)
     except OSError as error:
         if error.errno == errno.EHOSTUNREACH and time.monotonic() - begun < SOON:
-            return f"a firewall refuses what comes to port {port} of {host}: {_allow()}"
+            return f"a firewall refuses what comes to port {port} of {host}: {ALLOW}"
         if error.errno == errno.EHOSTUNREACH:
             return _silent(host, port)
         return (
@@ -66,7 +68,7 @@ def _silent(host: str, port: int) -> str:
     if answers(host, _MACHINE):
         return (
             f"{host} is there, and lets nobody in at port {port}: its firewall drops "
-            f"what comes; {_allow()}"
+            f"what comes; {ALLOW}"
         )
     mine = place(source(host))
     if mine is None or host not in mine:
@@ -81,17 +83,13 @@ def _silent(host: str, port: int) -> str:
         return (
             f"{host} does not answer, and {gate}, the gateway of this network "
             f"({mine.network}), does: {host} is off or has another address now (see "
-            f"`rems router serve`), its firewall drops what comes ({_allow()}), or "
+            f"`rems router serve`), its firewall drops what comes ({ALLOW}), or "
             f"{APART}"
         )
     return (
         f"{host} does not answer at port {port}: it is off or has another address now, "
-        f"its firewall blocks the port ({_allow()}), or {APART}"
+        f"its firewall blocks the port ({ALLOW}), or {APART}"
     )
-
-
-def _allow() -> str:
-    return "allow Python on it"
 
 
 def answers(host: str, ports: tuple[int, ...]) -> bool:

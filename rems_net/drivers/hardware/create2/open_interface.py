@@ -22,7 +22,7 @@ from rems_net.drivers.hardware.create2.waking import (
     is_awake,
 )
 from rems_net.drivers.hardware.device_thread import Readings
-from rems_net.drivers.hardware.odometry import Odometer
+from rems_net.drivers.hardware.odometry import Odometer, only
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
 
@@ -214,10 +214,10 @@ class OpenInterface(SerialDriven):
                 f"{values['charging']}: there are none such"
             ) from None
         has = self.published()
-        state, sensed = readings.state(self._path), readings.sensors(values, self._path)
-        found["state"] = readings.only(state, has["state"].paths)
+        found["state"] = only(self._path.state(), has["state"].paths)
         if "sensors" in has:
-            found["sensors"] = readings.only(sensed, has["sensors"].paths)
+            sensed = readings.sensors(values, self._path)
+            found["sensors"] = only(sensed, has["sensors"].paths)
         return found
 
     def rewind(self) -> None:

@@ -1,6 +1,6 @@
 """Readings: a Create 2's packets as fields with units, and why it stops by itself."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from rems_net.defdict import (
@@ -73,17 +73,6 @@ def numbers() -> tuple[int, ...]:
     return tuple(number for number in range(7, 59) if number not in unused)
 
 
-def state(path: Odometer) -> dict[str, float]:
-    """Return the state's fields from the odometry."""
-    return {
-        "x": path.x,
-        "y": path.y,
-        "heading": path.heading,
-        "wheel/left": path.left,
-        "wheel/right": path.right,
-    }
-
-
 def sensors(values: Mapping[str, int], path: Odometer) -> dict[str, Any]:
     """Return the sensors that simulations of a Create 2 have, too."""
     found: dict[str, Any] = {}
@@ -127,11 +116,6 @@ def status(values: Mapping[str, int]) -> dict[str, Any]:
         found[f"motor/{side}"] = values[f"motor_{side}"] / 1000
         found[f"infrared/{side}"] = values[f"infrared_{side}"]
     return found
-
-
-def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
-    """Return those of the fields that a definition has."""
-    return {path: found[path] for path in paths if path in found}
 
 
 def _share(signal: int) -> float:

@@ -8,7 +8,7 @@ from rems_net.defdict import DefDict, boolean, choice, integer
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
-from rems_net.drivers.hardware.odometry import Odometer
+from rems_net.drivers.hardware.odometry import Odometer, only
 from rems_net.drivers.needs import missing
 from rems_net.errors import SchemaError
 
@@ -89,17 +89,10 @@ class Wheels(Servos):
     ) -> dict[str, Mapping[str, Any]]:
         path = self._path
         path.feed(*(self._sign(s) * positions[self.options[s]] for s in SIDES))
-        place = {"x": path.x, "y": path.y, "heading": path.heading}
-        turned = {"left": path.left, "right": path.right}
-        known: dict[str, dict[str, float]] = {
-            "state": place | {f"wheel/{side}": turned[side] for side in SIDES},
-            "sensors": {f"encoder/{side}": turned[side] for side in SIDES},
-        }
-        return {
-            port: {path: v for path, v in known[port].items() if path in schema.paths}
-            for port, schema in self.published().items()
-            if port in known
-        }
+        turned = {"encoder/left": path.left, "encoder/right": path.right}
+        known = {"state": path.state(), "sensors": turned}
+        has = self.published().items()
+        return {p: only(known[p], schema.paths) for p, schema in has if p in known}
 
     def rewind(self) -> None:
         """Set the odometry to the initial pose; the robot itself does not move."""
