@@ -12,6 +12,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from copy import copy
 from dataclasses import replace
+from functools import partial
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
@@ -345,7 +347,14 @@ class Session:
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:
         """Return the keys of those present now."""
-        replies = self._open.liveliness().get(key, timeout=timeout)
+        # Not Zenoh's own queue of 256: where the tokens are known already, `get` fills
+        # it before it returns, and a full one blocks this session for ever.
+        came: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
+        take = zenoh.handlers.Callback(
+            came.put, drop=partial(came.put, None), indirect=False
+        )
+        self._open.liveliness().get(key, take, timeout=timeout)
+        replies = iter(came.get, None)
         return sorted(str(r.ok.key_expr) for r in replies if r.ok is not None)
 
     def watch_presence(self, key: str, mailbox: Mailbox) -> Watch:
