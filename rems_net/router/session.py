@@ -13,7 +13,7 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
@@ -354,8 +354,12 @@ class Session:
             came.put, drop=partial(came.put, None), indirect=False
         )
         self._open.liveliness().get(key, take, timeout=timeout)
-        replies = iter(came.get, None)
-        return sorted(str(r.ok.key_expr) for r in replies if r.ok is not None)
+        keys, end = [], time.monotonic() + timeout
+        with suppress(Empty):
+            while reply := came.get(timeout=max(0.0, end - time.monotonic())):
+                if reply.ok is not None:
+                    keys.append(str(reply.ok.key_expr))
+        return sorted(keys)
 
     def watch_presence(self, key: str, mailbox: Mailbox) -> Watch:
         """File a `Presence` for each agent that is here, comes or goes."""
