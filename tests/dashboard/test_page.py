@@ -181,4 +181,3 @@ def test_a_thousand_strangers_leave_it_usable(
         tab.click("document.querySelector('#stop')")
         tab.until("document.querySelector('#lights').textContent.includes('STOP')")
         tab.click("document.querySelector('#release')", hold=RELEASED)
-    tab.run("search.value = ''; search.dispatchEvent(new Event('input'))")
