@@ -4,6 +4,7 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 from rems_net.cli.options import add_at, warn
 from rems_net.client import Fabric, join
@@ -43,16 +44,11 @@ def run(args: argparse.Namespace) -> int:
     """Drive until Ctrl+C, or until all robots are gone or taken."""
     for key in args.keys:
         full_key(key)  # Report a typo before looking for a fabric.
-    with join(fabric=args.fabric, at=args.at) as fabric:
-        hands = [Driving(fabric, key) for key in _found(fabric, args.keys)]
-        try:
-            for hand in hands:
-                hand.open()
-            with open_keyboard() as keyboard:
-                Drive(fabric, hands, keyboard).go()
-        finally:
-            for hand in hands:
-                hand.close()
+    with join(fabric=args.fabric, at=args.at) as fabric, ExitStack() as stack:
+        found = _found(fabric, args.keys)
+        hands = [stack.enter_context(Driving(fabric, key)) for key in found]
+        with open_keyboard() as keyboard:
+            Drive(fabric, hands, keyboard).go()
     return 0
 
 

@@ -4,6 +4,8 @@ Each schema is looked up once. Any program can put a value with an unknown schem
 the number of look-ups for one port is bounded.
 """
 
+from collections.abc import Callable, Mapping
+
 from rems_net.client.fabric import Fabric
 from rems_net.defdict import Schema
 from rems_net.router.mail import Mail
@@ -13,10 +15,17 @@ MOST = 8
 
 
 class Watcher:
-    """Schemas of the ports of a fabric, and the newest tick of each."""
+    """Schemas of the ports of a fabric, and the newest tick of each.
 
-    def __init__(self, fabric: Fabric):
-        self.fabric = fabric
+    ask: returns the schemas of an agent's ports; by default it waits for a busy one
+    """
+
+    def __init__(
+        self,
+        fabric: Fabric,
+        ask: Callable[[str], Mapping[str, Schema]] | None = None,
+    ):
+        self.fabric, self._ask = fabric, ask or fabric.schemas
         self._schemas: dict[str, dict[str, Schema | None]] = {}
         self._ticks: dict[str, int] = {}
 
@@ -38,7 +47,7 @@ class Watcher:
         if digest not in known and len(known) < MOST:
             # Look it up once: an unknown one would be looked up at every message.
             known[digest] = None
-            for other, schema in self.fabric.schemas(agent).items():
+            for other, schema in self._ask(agent).items():
                 learnt = self._schemas.setdefault(f"{agent}/{other}", {})
                 learnt[schema.digest] = schema
                 if other == port and not digest:

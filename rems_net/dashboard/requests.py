@@ -21,6 +21,7 @@ from rems_net.client.stopping import stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
 from rems_net.dashboard.protocol import described
+from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
@@ -49,7 +50,7 @@ class Requests:
 
     def __init__(self, fabric: Fabric):
         self.fabric = fabric
-        self._watcher = Watcher(fabric)
+        self._watcher = Watcher(fabric, self._schemas)
         #: rows of the agents, and s, when they are asked for again
         self._rows: list[dict[str, Any]] = []
         self._due = 0.0
@@ -174,6 +175,16 @@ class Requests:
             found = self._watcher.schema(f"{kind}/{name}", port, channel.schema)
             return None if found is None else described(found)
         return None
+
+    def _schemas(self, agent: str) -> dict[str, Schema]:
+        """Return the schemas of an agent's ports; none if it does not answer soon.
+
+        There may be a thousand agents that never answer.
+        """
+        key = self.fabric.session.key(agent, "@schema")
+        for mail in self.fabric.session.ask(key, timeout=SHORT, first=True):
+            return read_schemas(mail)
+        return {}
 
     def scenes(self, agents: Set[str]) -> dict[str, Any]:
         """Return the places and outlines of worlds and robots, by agent.

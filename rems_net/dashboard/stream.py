@@ -58,6 +58,8 @@ class Stream:
         self._runs = 1
         #: threads for what may wait
         self.workers = ThreadPoolExecutor(4, "requests")
+        #: threads that look up schemas, which may take long: any program can be silent
+        self.lookups = ThreadPoolExecutor(4, "schemas")
         self._looked = asyncio.Event()
         #: errors of the server itself that were reported
         self._failures: set[str] = set()
@@ -109,7 +111,8 @@ class Stream:
 
     def end(self) -> None:
         """Do nothing more in other threads."""
-        self.workers.shutdown(wait=False, cancel_futures=True)
+        for threads in (self.workers, self.lookups):
+            threads.shutdown(wait=False, cancel_futures=True)
 
     async def _always(self, work: Callable[[], Awaitable[None]]) -> None:
         """Do this without end. Any program can send anything: no error ends it."""
@@ -200,7 +203,7 @@ class Stream:
         self._asked.add(name)
         loop = asyncio.get_running_loop()
         asked = loop.run_in_executor(
-            self.workers, self.requests.schema, channel, payload
+            self.lookups, self.requests.schema, channel, payload
         )
         run = self._runs
 

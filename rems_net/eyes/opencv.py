@@ -108,24 +108,19 @@ class Webcam:
         good, picture = self._device.read()
         if not good:
             return None
-        check_size(picture.shape, self._size)
+        height, width = picture.shape[:2]
+        if (width, height) != self._size:
+            raise OSError(
+                f"it gives pictures of {width} x {height}, and {self._size[0]} x "
+                f"{self._size[1]} are asked for; write width = {width} and height = "
+                f"{height}, with the lens of that size"
+            )
         turned: NDArray[np.uint8] = picture[:, :, ::-1]  # OpenCV has blue first
         return turned
 
     def close(self) -> None:
         """Give the webcam back."""
         self._device.release()
-
-
-def check_size(shape: tuple[int, ...], asked: tuple[int, int]) -> None:
-    """Raise OSError for a picture (height, width, ...) of another size than asked."""
-    height, width = shape[:2]
-    if (width, height) != asked:
-        raise OSError(
-            f"it gives pictures of {width} x {height}, and {asked[0]} x {asked[1]} are "
-            f"asked for; write width = {width} and height = {height}, with the lens "
-            "of that size"
-        )
 
 
 def grey_file(path: Path) -> NDArray[np.uint8] | None:

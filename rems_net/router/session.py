@@ -10,6 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from copy import copy
 from dataclasses import replace
+from functools import partial
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
@@ -343,8 +345,19 @@ class Session:
 
     def who(self, key: str, timeout: float = 2.0) -> list[str]:
         """Return the keys of those present now."""
-        replies = self._open.liveliness().get(key, timeout=timeout)
-        return sorted(str(r.ok.key_expr) for r in replies if r.ok is not None)
+        # Not Zenoh's own queue of 256: where the tokens are known already, `get` fills
+        # it before it returns, and a full one blocks this session for ever.
+        came: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
+        take = zenoh.handlers.Callback(
+            came.put, drop=partial(came.put, None), indirect=False
+        )
+        self._open.liveliness().get(key, take, timeout=timeout)
+        keys, end = [], time.monotonic() + timeout
+        with suppress(Empty):
+            while reply := came.get(timeout=max(0.0, end - time.monotonic())):
+                if reply.ok is not None:
+                    keys.append(str(reply.ok.key_expr))
+        return sorted(keys)
 
     def watch_presence(self, key: str, mailbox: Mailbox) -> Watch:
         """File a `Presence` for each agent that is here, comes or goes."""

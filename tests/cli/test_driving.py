@@ -12,6 +12,7 @@ from rems_net.client.proxy import Proxy
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.mail import Mail, Mailbox
 from tests.agents.runs import calm, until
+from tests.cli.complaint import complaint
 from tests.cli.conftest import fabric, robot, row, text
 from tests.commands import Run, Serve, Start
 from tests.dashboard.test_viewers import viewer
@@ -191,7 +192,9 @@ def test_what_cannot_be_driven(here: Fabric) -> None:
             pass
 
 
-def test_inputs(start: Start, serve: Serve, tmp_path: Path) -> None:
+def test_inputs(
+    start: Start, serve: Serve, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A stick that a person moves drives a robot; a file is no such input."""
     serve()
     keys = tmp_path / "keys.csv"
@@ -212,6 +215,8 @@ def test_inputs(start: Start, serve: Serve, tmp_path: Path) -> None:
             Driving(found, "robot/wood"),
         ):
             pass
+        said = complaint(capsys, "drive", "robot/wood", "input/stick")
+        assert "input/stick commands robot/wood there" in said
         with (
             pytest.raises(FabricError, match=r"input/keys cannot be driven: expected"),
             Driving(found, "input/keys"),

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from rems_net.client import join
+from rems_net.packing import pack
 from tests.agents.runs import PARTS, until
 from tests.commands import command, environment, link_of
 from tests.dashboard.browser import Browser, page_at
@@ -154,3 +156,28 @@ def test_time_is_paused_and_stepped(tab: Browser) -> None:
     tab.until(f"{ROBOT}.tick == {n} + 1")
     tab.click("document.querySelector('#time button')")
     tab.until(f"{ROBOT}.tick > {n} + 5")
+
+
+def test_a_thousand_strangers_leave_it_usable(
+    lab: Lab, tab: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are present, and answer nothing."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(lab.folder / "rt"))
+    tree = "document.querySelector('#tree').innerText"
+    with join() as fabric:
+        session = fabric.session
+        for i in range(1000):
+            session.present(session.key("robot", f"g{i}", "@alive"))
+
+        def many() -> bool:
+            for i in range(700, 850):
+                key = session.key("robot", f"g{i}", "state")
+                session.put(key, pack({"x": i / 100}))
+            return bool(tab.run(f"{tree}.includes('more agents: search for a name')"))
+
+        until(many)
+        tab.run("search.value = 'g777'; search.dispatchEvent(new Event('input'))")
+        tab.until(f"{tree}.includes('7.77')")
+        tab.click("document.querySelector('#stop')")
+        tab.until("document.querySelector('#lights').textContent.includes('STOP')")
+        tab.click("document.querySelector('#release')", hold=RELEASED)

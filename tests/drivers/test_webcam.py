@@ -13,7 +13,7 @@ from rems_net.bodies.lens import Lens
 from rems_net.cli import main
 from rems_net.drivers.hardware.camera.webcam import Webcam
 from rems_net.errors import AgentError, SchemaError
-from rems_net.eyes.opencv import Webcam as Device, check_size, lens_of_board
+from rems_net.eyes.opencv import Webcam as Device, lens_of_board
 from rems_net.eyes.view import View, turn_of
 from rems_net.pictures import png
 from rems_net.robots.eyes.camera import Camera
@@ -31,12 +31,6 @@ def test_no_webcam_is_a_sentence_with_a_list_to_check() -> None:
     text = str(caught.value)
     assert "no webcam 99 opens" in text
     assert "2. that no other program uses it" in text
-
-
-def test_another_size_than_asked_is_refused_with_what_to_write() -> None:
-    check_size((480, 640, 3), (640, 480))
-    with pytest.raises(OSError, match="gives pictures of 1280 x 720, and 640 x 480"):
-        check_size((720, 1280, 3), (640, 480))
 
 
 def film(folder: Path, pictures: Sequence[Any]) -> str:

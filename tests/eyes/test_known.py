@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from rems_net.bodies.body import Marker
-from rems_net.bodies.lens import Lens
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.eyes.known import Known
-from rems_net.eyes.place import angles
 from rems_net.eyes.view import View, turn_of
 from tests.eyes.arena import HEIGHT, OVER, SIDE, Plates, plates, scattered
 
@@ -52,12 +50,6 @@ def test_four_markers_tell_where_the_camera_is(camera: dict[str, float]) -> None
         assert np.degrees(np.arccos((np.trace(turned) - 1) / 2)) < 0.3
         made.finder.look(made.grey())
         assert Known(known(made)).place(made.finder) == ""  # it is where it is
-
-
-def test_the_angles_of_a_view_are_those_it_was_made_of() -> None:
-    lens = Lens.seeing(640, 480, 1.0)
-    view = View.at(lens, np.zeros(3), turn_of(0.4, -1.0, 0.2))
-    assert angles(view.turn) == pytest.approx((0.4, -1.0, 0.2))
 
 
 def test_a_marker_at_another_place_is_named() -> None:

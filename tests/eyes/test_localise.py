@@ -203,8 +203,7 @@ def test_robots_that_are_not_there_or_have_no_marker() -> None:
 
 
 def finder(size: float = SIZE) -> Finder:
-    targets = {3: Target("bot", Marker("tag36h11", 3, size), 0.0)}
-    return Finder(above(), targets)
+    return Finder(above(), {3: Target("bot", Marker("tag36h11", 3, size), 0.0)})
 
 
 def elsewhere(pitch: float = -pi / 2, **lens: Any) -> Finder:
@@ -277,10 +276,8 @@ def wrong(seed: int, small: int, full: int, family: str = "tag36h11") -> list[in
     small, full: numbers of pictures of 320 x 240 pixels, and of 640 x 480
     """
     random, looking = np.random.default_rng(seed), finder()
-    ids, _ = FAMILIES[family]
-    looking.targets = {
-        n: Target(str(n), Marker(family, n, SIZE), 0.0) for n in range(ids)
-    }
+    marks = [Marker(family, n, SIZE) for n in range(FAMILIES[family][0])]
+    looking.targets = {one.id: Target(str(one.id), one, 0.0) for one in marks}
     found = []
     for number in range(small + full):
         scale = 1 if number < small else 2

@@ -138,6 +138,17 @@ def test_presence_comes_and_goes() -> None:
         assert box.get(20.0) == Presence("rems/robot/a/@alive", False)
 
 
+def test_a_thousand_agents_that_are_known_already_block_nothing(pair: Pair) -> None:
+    """Their answers come before the question returns: more than Zenoh's queue holds."""
+    one, other = pair
+    keys = [other.key("robot", f"r{i:03d}", "@alive") for i in range(1000)]
+    for key in keys:
+        other.present(key)
+    box = Mailbox()
+    one.watch_presence(one.key("*", "*", "@alive"), box)
+    until(lambda: one.who(one.key("*", "*", "@alive")) == keys)
+
+
 def test_no_router_says_what_to_start() -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with pytest.raises(FabricError) as caught:

@@ -96,8 +96,7 @@ class Viewers:
 
     def _begin(self) -> None:
         self._end()
-        workers = self._stream.workers
-        self._ports = Ports(self._stream.fabric, workers.submit)
+        self._ports = Ports(self._stream.fabric, self._stream.lookups.submit)
         self._tasks = [
             asyncio.create_task(self._every(1.0 / self._stream.rate, self._frame)),
             asyncio.create_task(self._every(CHECK, self._look)),

@@ -1,14 +1,12 @@
 """A robot at a cable, for each test one."""
 
 import re
-import shutil
-import subprocess
-import tarfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.commands import fetched
 from tests.firmware.console.robot import CONSOLE, Robot, build
 
 #: Improv's own client for browsers; it is fetched for a test, and never kept here
@@ -35,22 +33,9 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     It is written for bundlers: imports lack their endings, and the package its type.
     """
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip("There is no npm here, which fetches Improv's own client.")
-    folder = tmp_path_factory.mktemp("sdk")
-    try:
-        done = subprocess.run(
-            [npm, "pack", SDK], cwd=folder, capture_output=True, timeout=60, check=False
-        )
-    except subprocess.TimeoutExpired:
-        pytest.skip(f"npm does not fetch {SDK} within a minute.")
-    if done.returncode != 0:
-        pytest.skip(f"npm does not fetch {SDK}: is its registry reached from here?")
-    with tarfile.open(next(folder.glob("*.tgz"))) as packed:
-        packed.extractall(folder, filter="data")
-    (folder / "package" / "package.json").write_text('{"type": "module"}')
-    made = folder / "package" / "dist"
+    package = fetched(tmp_path_factory.mktemp("sdk"), SDK) / SDK.partition("@")[0]
+    (package / "package.json").write_text('{"type": "module"}')
+    made = package / "dist"
     for file in made.rglob("*.js"):
         text = file.read_text(encoding="utf-8")
         text = re.sub(r'(from "\./[^"]*?)(?<!\.js)"', r'\1.js"', text)
