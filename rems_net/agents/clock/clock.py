@@ -14,7 +14,7 @@ from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.replies import Replies
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
+from rems_net.agents.protocol.limits import JOIN_TIME_EACH
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
@@ -137,11 +137,12 @@ class Clock:
         """Make this many ticks, and wait until every member has done the last.
 
         At a pace, tick n is due at start + n dt / pace (absolute, so it never drifts)
-        and when every member has done tick n - 1. At full speed, it is due when every
-        member has done tick n - AHEAD; but one by one if a member may die and the run
-        go on (dropped, or started again): a killed process takes its unsent values with
-        it, so we would not know at which tick it was. Raises AgentError when a member
-        fails or dies and is not to be dropped.
+        and when every member has done tick n - 1, or an older one if ticks are late:
+        `Pacing.ahead`. At full speed, it is due when every member has done tick
+        n - AHEAD; but one by one if a member may die and the run go on (dropped, or
+        started again): a killed process takes its unsent values with it, so we would
+        not know at which tick it was. Raises AgentError when a member fails or dies and
+        is not to be dropped.
         """
         pacing = self.pacing
         pacing.naming = self._progress.describe
@@ -151,7 +152,7 @@ class Clock:
             n = self.tick.n + 1
             if pacing.factor:  # tick n - 1 is done meanwhile: one wait, not two
                 self._await_turn()
-            self._await_done(n - (1 if pacing.factor or careful else AHEAD))
+            self._await_done(n - (1 if careful else pacing.ahead()))
             self._await_turn()
             while self._admissions.awaited() and not pacing.ended:
                 self._read()

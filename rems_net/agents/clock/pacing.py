@@ -4,6 +4,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Set
 
+from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.errors import FabricError, nearest
@@ -58,6 +59,19 @@ class Pacing:
         if not self.factor or self.paused or self.ended:
             return 0.0
         return self._anchor + (self.n + 1) * self.dt / self.factor - time.monotonic()
+
+    def ahead(self) -> int:
+        """Return how many ticks may be sent of which the first is not done.
+
+        At a pace it is one. If the tick after the next one is due already, it is as
+        many as last LATE s: on a busy machine, each message waits for a processor. No
+        tick is early, and after a hold no robot hurries for longer than that.
+        """
+        if not self.factor:
+            return AHEAD
+        if self.left() > -self.dt / self.factor:
+            return 1
+        return max(1, min(AHEAD, int(LATE * self.factor / self.dt)))
 
     def make(self, epoch: int) -> Tick:
         """Make the next tick, at which the roster `epoch` holds."""

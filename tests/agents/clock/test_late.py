@@ -37,6 +37,29 @@ def stays(what: Callable[[], object], seconds: float = 0.3) -> bool:
     return what() == first
 
 
+@pytest.mark.parametrize(
+    ("dt", "pace", "late", "ahead"),
+    [
+        (0.001, 1.0, 0.0005, 1),  # in time: one by one
+        (0.001, 1.0, 0.002, 8),
+        (0.02, 1.0, 0.03, 5),  # 0.1 s of ticks
+        (0.1, 1.0, 0.15, 1),
+        (0.1, 100.0, 0.01, 8),
+        (0.1, 0.0, 0.0, 8),
+    ],
+)
+def test_ticks_that_are_due_are_sent_together(
+    dt: float, pace: float, late: float, ahead: int
+) -> None:
+    """At 1 kHz a busy machine took three times as long: each tick waited for one."""
+    pacing = Pacing(dt, pace)
+    pacing.set(pace)
+    pacing._anchor -= dt / pace + late if pace else 0.0  # tick 1 is late
+    assert pacing.ahead() == ahead
+    pacing.pause()
+    assert pacing.ahead() == (1 if pace else 8)
+
+
 #: a tick, and two moments between which it was the newest
 Noted = tuple[float, int, float]
 
