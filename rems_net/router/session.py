@@ -3,6 +3,7 @@
 Zenoh's threads only file mail; the owner of a `Mailbox` reads it in its own thread.
 """
 
+import ctypes
 import logging
 import os
 import time
@@ -148,6 +149,10 @@ class Session:
             # error, and is closed all the same.
             with suppress(zenoh.ZError):
                 session.close()
+            if self.link.serve:
+                # Freed, a router waits for its threads and holds the GIL meanwhile. If
+                # one of them waits for the GIL, neither ever goes on: so it stays.
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(session))
 
     @property
     def _open(self) -> zenoh.Session:
