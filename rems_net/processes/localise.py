@@ -1,13 +1,11 @@
 """Localise: the poses of robots, from their markers in a camera's pictures."""
 
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from rems_net.agents.agent import Agent, Process
+from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
-from rems_net.agents.robot import Robot
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.bodies.lens import Lens
@@ -101,19 +99,6 @@ class Localise(Process):
 
     def published(self) -> dict[str, Schema]:
         return {**super().published(), **dict.fromkeys(self._names(), POSE)}
-
-    def doubts(self, agents: Mapping[str, Agent]) -> Iterator[str]:
-        """Yield the named robots that are not there, or have no marker."""
-        others = {one["name"] for one in self.options["markers"]}
-        for name in (one for one in self._names() if one not in others):
-            robot = agents.get(f"robot/{name}")
-            if not isinstance(robot, Robot):
-                yield f"{self.key} looks for robot/{name}, which is not there"
-            elif not robot.marked:
-                yield (
-                    f"{self.key} looks for robot/{name}, which has no marker; give it "
-                    'such as marker={"id": 3, "size": "40 mm"}'
-                )
 
     def _names(self) -> list[str]:
         names = (name.strip() for name in self.options["robots"].split(","))

@@ -16,7 +16,7 @@ from rems_net import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.bodies.marker import FAMILIES, Marker
 from rems_net.drivers.physics.mujoco import Mujoco
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.eyes import apriltags
 from rems_net.eyes.drawn import cells
@@ -182,24 +182,6 @@ def test_a_robot_that_was_never_seen_is_named() -> None:
 def test_names_that_cannot_be_ports_are_refused() -> None:
     with pytest.raises(ExperimentError, match=r"robots names 'poses'.*R1104"):
         lab([pasted([])], robots="poses").check()
-
-
-def test_robots_that_are_not_there_or_have_no_marker() -> None:
-    made = lab([pasted([])], robots="bot, cart, ghost")
-    made.robot("cart", "woodbot", "kinematic")
-    events: list[Event] = []
-    with listening(events.append):
-        made.engine()
-    assert [event.text for event in events] == [
-        "process/eyes looks for robot/cart, which has no marker; give it such as "
-        'marker={"id": 3, "size": "40 mm"}',
-        "process/eyes looks for robot/ghost, which is not there",
-    ]
-    made = Experiment("mixed", duration=1.0)
-    made.robot("cart", "woodbot", "kinematic")
-    made.process("eyes", "localise", camera="robot/cart/sensors")
-    with pytest.raises(AgentError, match="has no picture; connect it"), made.engine():
-        pass
 
 
 def finder(size: float = SIZE) -> Finder:

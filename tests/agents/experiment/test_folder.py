@@ -104,8 +104,8 @@ def test_a_folder_of_the_user_keeps_what_is_his(here: Path) -> None:
     with pytest.raises(AgentError) as caught:
         lab().run(mine, show=Told(), direct=True)
     assert str(caught.value) == (
-        f"output/log: {mine / 'sim.csv'} is there already, and is no file of an "
-        "earlier run; move it, or give this run a folder of its own (R0801)"
+        f"output/log: {mine / 'sim.csv'} is there already, and no earlier run has "
+        "left it; move it, or give this run a folder of its own (R0801)"
     )
     assert (mine / "sim.csv").read_text() == "mine"
 
