@@ -182,7 +182,12 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
         made.run(tmp_path, show=told)
     done = {"input/spin": 4, "process/reads": 4, "output/counts": 4}
     done["output/recorder"] = 4
-    assert seen == {"clock": 4 + ahead, "input/count": 4 + ahead, **done}
+    clock, count = seen.pop("clock"), seen.pop("input/count")
+    assert seen == done
+    if how["pace"] == "fast":
+        assert clock == count == 4 + ahead
+    else:  # as many as were due when the clock began to wait
+        assert 4 < count <= clock <= 4 + ahead
 
 
 def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
