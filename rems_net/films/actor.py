@@ -71,7 +71,7 @@ class Actor:
 
     @property
     def is_ghost(self) -> bool:
-        """Whether it is a thing that follows a robot of elsewhere."""
+        """Whether it is a ghost, which stands where a robot on another fabric is."""
         return bool(self.scene.get("ghost"))
 
     def is_there(self, now: float) -> bool:
