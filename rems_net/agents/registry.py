@@ -76,6 +76,8 @@ _runners: list[Runner | None] = []
 _asked: dict[str, int] = {}
 #: module of a script -> content of its file when it was loaded
 _sources: dict[str, bytes] = {}
+#: module of a script -> the experiment at whose `run()` loading it ended
+_begun: dict[str, Any] = {}
 #: Number of times that a script may catch the exception of its `input()`.
 TRIES = 10
 #: whether a run has started this process, which then starts no run itself
@@ -285,6 +287,7 @@ def load_file(path: Path, name: str = "") -> ModuleType:
     if known is not None and _sources.get(name) == source:
         return known
     _sources[name] = source
+    _begun.pop(name, None)
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module
@@ -294,14 +297,26 @@ def load_file(path: Path, name: str = "") -> ModuleType:
             # Not with the `from __future__` of this file.
             code = compile(source, str(path), "exec", dont_inherit=True)
             exec(code, module.__dict__)
-    except ScriptEnd:
-        pass
+    except ScriptEnd as end:
+        _begun[name] = end.args[0] if end.args else None
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, RemsError | KeyboardInterrupt):
             raise
         raise failure(error) from error
     return module
+
+
+def experiments_of(path: Path, kind: type) -> list[Any]:
+    """Return the experiment that a script runs first, or else all that it makes.
+
+    kind: the class of experiments. Raises ExperimentError.
+    """
+    module = load_file(path.resolve())
+    if (begun := _begun.get(module.__name__)) is not None:
+        return [begun]
+    made = {id(one): one for one in vars(module).values() if isinstance(one, kind)}
+    return [*made.values()]
 
 
 def loaded_files() -> list[Path]:

@@ -1,4 +1,4 @@
-"""`rems sweep EXPERIMENT.toml`: an experiment, run many times, into one table."""
+"""`rems sweep EXPERIMENT`: an experiment, run many times, into one table."""
 
 import argparse
 from collections.abc import Iterator
@@ -18,6 +18,7 @@ EXAMPLES = """\
 examples:
   rems sweep lab.toml --set robot/sim.track=90..130mm/9 --seeds 20
   rems sweep lab.toml --set robot/sim.track="90 mm, 110 mm"
+  rems sweep my_robot.py --set robot/cart.lag=0.1..0.5s/5
   rems sweep lab.toml --set robot/sim.track=90..130mm --samples 100
   rems sweep lab.toml --replace robot/sim=kinematic,mujoco
   rems sweep lab.toml --seeds 20 --measure "max(sim.state.x)"
@@ -33,7 +34,9 @@ FAILED = 1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("experiment", metavar="EXPERIMENT.toml", type=Path)
+    parser.add_argument(
+        "experiment", metavar="EXPERIMENT", type=Path, help="a file, .toml or .py"
+    )
     for option, metavar, text in (
         ("--set", "AGENT.SETTING=VALUES", "values of a setting: 90..130mm/9, or a,b,c"),
         ("--replace", "AGENT=CLASSES", "drivers, or classes of the same kind"),

@@ -49,8 +49,9 @@ def make(
 ) -> Any:
     """Return an experiment as an environment of Gymnasium.
 
-    lab: a file such as "lab.toml", or an Experiment.  act: keys of what is commanded,
-    such as "robot/sim/command".  observe: keys of the ports that are read.
+    lab: a file such as "lab.toml" or "lab.py", or an Experiment.
+    act: keys of what is commanded, such as "robot/sim/command".
+    observe: keys of the ports that are read.
     task: the reward, end and start, as a class; or, in its place, expressions with
     units: reward="before.x - x", ends="x > 1 m", start={"robot/sim.x": "-10..10 cm"}.
     limit: fabric time after which an episode is cut off; the experiment's duration if

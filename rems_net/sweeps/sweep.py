@@ -67,7 +67,7 @@ def sweep(
 ) -> Swept:
     """Run an experiment many times, into one folder and one table.
 
-    experiment: or its file, `lab.toml`.  settings: values by name, such as
+    experiment: or its file, `lab.toml` or `lab.py`.  settings: values by name, such as
     {"robot/sim.track": "90..130 mm/9"}, or a list of them; with the name of an agent,
     classes: {"robot/sim": ["kinematic", "mujoco"]}. All combinations are run; with
     `samples`, this many points of a Latin hypercube; with `points`, these.

@@ -59,14 +59,31 @@ _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
 
 
 def load(path: Path | str) -> Experiment:
-    """Read an experiment. Raises ExperimentError naming the file, table and key."""
+    """Read an experiment: a TOML file, or a script up to its first run().
+
+    Raises ExperimentError naming the file, table and key.
+    """
     if not isinstance(path, str | Path):
         raise ExperimentError(
             f"an experiment is an Experiment(...), or its file, such as 'lab.toml'; "
             f"got {path!r:.60}. (R0402)"
         )
     with naming_overdue():
-        return _load(Path(path))
+        return (
+            _of_script(Path(path)) if f"{path}".endswith(".py") else _load(Path(path))
+        )
+
+
+def _of_script(path: Path) -> Experiment:
+    found = registry.experiments_of(path, Experiment)
+    if len(found) == 1:
+        experiment: Experiment = found[0]
+        return experiment
+    names = ", ".join(one.name for one in found)
+    raise ExperimentError(
+        f"{path} makes {f'{len(found)} experiments ({names})' if found else 'none'} "
+        "at its top level; expected one, or the run() of the one that is meant. (R0450)"
+    )
 
 
 def _load(path: Path) -> Experiment:

@@ -202,3 +202,41 @@ def test_patience_is_refused_with_wait(tmp_path: Path) -> None:
     assert load(path).wait == (300.0, 3.0)
     path.write_text('[experiment]\nwait = "60 s"\n')
     assert load(path).wait == (60.0, 30.0)
+
+
+SCRIPT = """\
+from rems_net import Experiment
+
+lab = Experiment("cart", dt="50 ms", duration="1 s")
+lab.robot("sim", "woodbot", "kinematic")
+"""
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        "lab.run()",
+        "if __name__ == '__main__':\n    lab.run()",
+        "Experiment('other')\nlab.run()",
+        "other = Experiment('other')\nlab.run()\nother.run()",
+    ],
+)
+def test_the_experiment_of_a_script(tmp_path: Path, end: str) -> None:
+    script = tmp_path / "cart.py"
+    script.write_text(f"{SCRIPT}{end}\n", encoding="utf-8")
+    lab = load(script)
+    assert (lab.name, lab.dt, [*lab.plans]) == ("cart", 0.05, ["robot/sim"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "makes none at its top level"),
+        (SCRIPT + "two = Experiment('two')\n", r"makes 2 experiments \(cart, two\)"),
+        (SCRIPT + "lab.robot('two', 'woodbott', 'kinematic')\n", "mean 'woodbot'"),
+    ],
+)
+def test_a_script_without_one_experiment(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "cart.py").write_text(text, encoding="utf-8")
+    with pytest.raises(ExperimentError, match=said):
+        load(tmp_path / "cart.py")
