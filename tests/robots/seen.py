@@ -1,4 +1,4 @@
-"""The picture and the figures of docs/camera.md: `python -m tests.robots.seen`.
+"""The picture of docs/camera.md, and figures of accuracy.md: `python -m tests.robots.seen`.
 
 Of an e-puck that looks at a ball, a crate, a can and a Woodbot: by MuJoCo on the
 left, by PyBullet on the right. Then what a picture costs here.
