@@ -1,4 +1,5 @@
 import math
+
 from rems_net import Experiment, In, Out, Process, Woodbot
 
 
