@@ -8,6 +8,7 @@ class Keys(Input):
         if tick.n % 6 == 1:
             left, right = self.random.choices((-3, 0, 3, 6), k=2)
             return {"wheel/left": left, "wheel/right": right}
+        return None  # the last values hold
 
 
 learn = {
