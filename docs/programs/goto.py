@@ -1,5 +1,16 @@
-from rems_net import Experiment, In, Out, Process, Schema, Settings, Woodbot, atan2, cos
-from rems_net import hypot, sin
+from rems_net import (
+    Experiment,
+    In,
+    Out,
+    Process,
+    Schema,
+    Settings,
+    Woodbot,
+    atan2,
+    cos,
+    hypot,
+    sin,
+)
 from rems_net.units import length, percent
 
 
