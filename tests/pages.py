@@ -15,7 +15,7 @@ from tests.commands import Done, Running, command, environment, inside
 SHOWN = re.compile(r"\]\(((?:programs|rover)/[\w./]+)\)")
 LANGUAGES = {".py": "python", ".urdf": "xml"}
 #: programs that need a file, a device or an experiment beside them
-NEEDING = ("arm.py", "plain_agent.py", "serial_cart.py")
+NEEDING = ("arm.py", "plain_agent.py", "read_mcap.py", "serial_cart.py")
 
 
 def blocks(page: Path, language: str) -> list[str]:

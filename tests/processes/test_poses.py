@@ -41,6 +41,7 @@ from rems_net.units import (
     velocity,
 )
 from tests.commands import ROOT
+from tests.pages import blocks
 from tests.processes.test_estimators import KINDS, covariance
 
 DT, SLIP = 0.05, 0.03
@@ -351,9 +352,9 @@ def test_an_in_that_is_left_out_is_not_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The page's experiment, with one camera more, and no sensors."""
-    text = (ROOT / "docs" / "estimation.md").read_text().split("```")[1]
+    (text,) = blocks(ROOT / "docs" / "estimation.md", "toml")
     eyes = 'pose = "process/eyes/real"'
-    text = text.replace('sensors = "robot/real/sensors"', eyes).removeprefix("toml")
+    text = text.replace('sensors = "robot/real/sensors"', eyes)
     text += """
         [[robot]]
         name = "cam"

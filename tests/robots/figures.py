@@ -70,7 +70,7 @@ def webots_distance(driver: type[Driver], **settings: Any) -> float:
 
 
 def main() -> None:
-    """Print the table of docs/woodbot.md."""
+    """Print the table of docs/measured/accuracy.md."""
     print("| implementation | straight | spin | turn | from Webots |")
     print("|---|---|---|---|---|")
     table: list[tuple[str, type[Driver], dict[str, Any]]] = [

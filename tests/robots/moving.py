@@ -1,6 +1,6 @@
 """How near the engines bring wheels with rollers, arms and loops to the mathematics.
 
-The figures of docs/bodies.md: `python -m tests.robots.moving`.
+The figures of docs/measured/accuracy.md: `python -m tests.robots.moving`.
 """
 
 from collections.abc import Mapping

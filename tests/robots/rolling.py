@@ -1,4 +1,4 @@
-"""How well wheels that roll, or skid, fit their simulations, for docs/robots.md.
+"""How well wheels fit their simulations, for docs/measured/accuracy.md.
 
 `python -m tests.robots.rolling` prints the tables.
 """

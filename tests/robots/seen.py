@@ -1,4 +1,6 @@
-"""The picture and the figures of docs/camera.md: `python -m tests.robots.seen`.
+"""The picture of docs/camera.md: `python -m tests.robots.seen`.
+
+It prints the figures of docs/measured/accuracy.md, too.
 
 Of an e-puck that looks at a ball, a crate, a can and a Woodbot: by MuJoCo on the
 left, by PyBullet on the right. Then what a picture costs here.

@@ -35,7 +35,7 @@ def cell_of(definition: str, driver: str) -> Cell:
 #: robot -> the shares in its row of the page's table, as they are printed
 PAGE = {
     line.split()[0]: re.findall(r"[~<]?[\d.]+%", line)
-    for line in (ROOT / "docs" / "robots.md").read_text("utf-8").splitlines()
+    for line in (ROOT / "docs/measured/accuracy.md").read_text("utf-8").splitlines()
     if re.match(r"\w+ +<?[\d.]+% ", line)
 }
 #: columns of that table, the last for robots with an emulator only

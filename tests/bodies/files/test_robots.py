@@ -129,7 +129,7 @@ class Drafted(Cart):
 def test_engines_differ_only_where_wheels_slip(tmp_path: Path) -> None:
     """A jump of the speed makes wheels slip, in each engine otherwise; a ramp does not.
 
-    The numbers of docs/ros.md.
+    The wheels slip as they start and stop.
     """
     kind = made(Drafted, written(tmp_path, "cart.urdf", CART))
 
