@@ -14,8 +14,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
-# The threads that numpy's library starts wait in a loop: they take half of the processor
-# time in which a process starts, and the tests start thousands. Their matrices need none.
+# The threads that numpy's library starts wait in a loop: they take half of the
+# processor time in which a process starts, and the tests start thousands. Their
+# matrices need none.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
