@@ -15,8 +15,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 # The threads that numpy's library starts wait in a loop: they take half of the
-# processor time in which a process starts, and the tests start thousands. Their
-# matrices need none.
+# processor time of `import numpy`, and the tests start thousands of processes. The
+# matrices of the tests need no threads.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
