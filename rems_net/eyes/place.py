@@ -22,7 +22,14 @@ def place_of(view: View, points: Array, pixels: Array) -> tuple[View, float]:
     straight = view.straightened(pixels)
     begin = _begin(view.lens, points, straight)
     tried = [_refined(one, points, straight) for one in (begin, view)]
-    return min(tried, key=lambda one: one[1])
+    # A camera that is reflected in the plane, with the points behind it, has the same
+    # pixels.
+    return min(tried, key=lambda one: (_behind(one[0], points), one[1]))
+
+
+def _behind(view: View, points: Array) -> bool:
+    """Return whether one of the points (n, 3) lies behind the camera."""
+    return bool(((points - view.eye) @ view.turn[2] <= 0).any())
 
 
 def _refined(view: View, points: Array, straight: Array) -> tuple[View, float]:
