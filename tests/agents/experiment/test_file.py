@@ -231,7 +231,7 @@ def test_the_experiment_of_a_script(tmp_path: Path, end: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "makes none at its top level"),
+        ("", "makes no experiment at its top level"),
         (SCRIPT + "two = Experiment('two')\n", r"makes 2 experiments \(cart, two\)"),
         (SCRIPT + "lab.robot('two', 'woodbott', 'kinematic')\n", "mean 'woodbot'"),
     ],
