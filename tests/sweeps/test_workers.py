@@ -29,7 +29,10 @@ class Editing(ThreadPoolExecutor):
         """Save it before the call."""
         self.calls += 1
         if self.calls == 2:
-            self.file.write_text(self.file.read_text() + "\n# changed\n")
+            # At once: the worker of the first call may be reading it.
+            saved = self.file.with_suffix(".saved")
+            saved.write_text(self.file.read_text() + "\n# changed\n")
+            saved.replace(self.file)
         return super().submit(fn, *args)
 
 

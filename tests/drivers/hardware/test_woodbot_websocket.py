@@ -49,7 +49,7 @@ def drive(robot: Any, left: float, right: float, seconds: float = 0.05) -> None:
     alone.keep_for(robot, {"wheel/left": left, "wheel/right": right}, seconds)
 
 
-def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 10.0) -> None:
+def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 30.0) -> None:
     """Drive it ahead until something is so."""
     end = calm() + seconds
     while not until_true():
