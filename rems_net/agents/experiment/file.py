@@ -80,9 +80,9 @@ def _of_script(path: Path) -> Experiment:
         experiment: Experiment = found[0]
         return experiment
     names = ", ".join(one.name for one in found)
-    made = f"{len(found)} experiments ({names})" if found else "no experiment"
     raise ExperimentError(
-        f"{path} makes {made} "
+        f"{path} makes "
+        f"{f'{len(found)} experiments ({names})' if found else 'no experiment'} "
         "at its top level; expected one, or the run() of the one that is meant. (R0450)"
     )
 
