@@ -19,28 +19,29 @@ from rems_net.eyes.view import View
 FIRST, COUNTS = 0.1, 1.0
 #: Number of measured deviations that are kept in mind: older ones fade.
 MEMORY = 2000.0
-#: px. A marker whose edges deviate by more is not level, or seen by another lens.
-BENT = 1.0
 #: sightings that are averaged for the size
 SIZES = 20
 
 
 class Sizes(NamedTuple):
-    """Measured sizes of a family's markers, as shares of what is written.
+    """Limits for a family's markers; sizes are shares of what is written.
 
     usual: of a marker that is as it is written; OpenCV's corners lie 2 % inside
     printed: deviation of the mean from which on it is reported
     foreign: deviation of a marker that is none of ours, such as one on a screen
+    bent: px. If its edges deviate by more, a marker is not level, is partly covered, or
+        is seen by another lens. OpenCV's corners deviate more.
     """
 
     usual: float = 1.0
     printed: float = 0.015
     foreign: float = 0.25
+    bent: float = 0.6
 
 
 #: Families of which one square in 330 with random cells is a marker. Theirs count from
 #: their second picture in a row on, and have to have their size.
-WEAK = {ARUCO: Sizes(0.98, 0.035, 0.1)}
+WEAK = {ARUCO: Sizes(0.98, 0.035, 0.1, 1.0)}
 STRONG = Sizes()
 
 
@@ -147,7 +148,7 @@ class Finder:
                 f"{height:.0f} mm above the floor; it is passed over. Is it a picture "
                 "of a marker, lies it elsewhere, or has the camera another lens?"
             )
-        if (one.misfit / SPARE) ** 0.5 > BENT:
+        if (one.misfit / SPARE) ** 0.5 > sizes.bent:
             return "bent", (
                 "does not fit a square that lies level; it is passed over. Is it bent "
                 "or tilted, or has the camera another lens?"
