@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,18 @@ def _forget(modules: set[str]) -> None:
             file = getattr(sys.modules[name], "__file__", None) or ""
             if Path(file).is_relative_to(here):
                 del sys.modules[name]
+
+
+def needs(*libraries: str) -> None:
+    """Skip the test if one of the libraries is not installed."""
+    for library in libraries:
+        if not find_spec(library):
+            pytest.skip(f"{library} is not installed")
+
+
+def drivers_of(text: str) -> list[str]:
+    """Return the libraries that an experiment needs for the drivers it names."""
+    return [one for one in ("mujoco", "pybullet") if f'"{one}"' in text]
 
 
 def fetched(folder: Path, *packages: str) -> Path:

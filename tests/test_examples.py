@@ -4,7 +4,6 @@ import csv
 import re
 import shutil
 from collections.abc import Callable
-from importlib.util import find_spec
 from itertools import pairwise
 from math import dist, hypot, remainder, tau
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 from rems_net import read
 from rems_net.drivers.physics.pictures.painter import look_for_renderer
 from rems_net.errors import MissingPartError
-from tests.commands import ROOT, Done, python, rems
+from tests.commands import ROOT, Done, drivers_of, needs, python, rems
 
 EXAMPLES = ROOT / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
@@ -129,9 +128,7 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
     Those of its first second; tests/engine/test_law.py compares all, and takes longer.
     """
     text = path.read_text(encoding="utf-8")
-    for library in ("mujoco", "pybullet"):
-        if f'"{library}"' in text and not find_spec(library):
-            pytest.skip(f"{library} is not installed")
+    needs(*drivers_of(text))
     begun = re.sub(r'duration="[\d.]+ s"', 'duration="1 s"', text)
     assert begun != text
     one, many = tmp_path / "a", tmp_path / "b"
@@ -206,9 +203,7 @@ def test_ten_simulated_robots_and_an_emulated_one_follow_each_other(copy: Path) 
 )
 def test_a_policy_is_trained(copy: Path, rounds: int, near: float) -> None:
     """All of it ends at the goal, in three places; the start of it only ends."""
-    for library in ("gymnasium", "mujoco", "matplotlib"):
-        if not find_spec(library):
-            pytest.skip(f"{library} is not installed")
+    needs("gymnasium", "mujoco", "matplotlib")
     text = (copy / "train.py").read_text(encoding="utf-8")
     shorter = text.replace("24, 12", f"24, {rounds}")
     assert shorter != text or rounds == 12

@@ -150,8 +150,8 @@ class Finder:
             )
         if (one.misfit / SPARE) ** 0.5 > sizes.bent:
             return "bent", (
-                "does not fit a square that lies level; it is passed over. Is it bent "
-                "or tilted, or has the camera another lens?"
+                "does not fit a square that lies level; it is passed over. Is it bent, "
+                "tilted or partly covered, or has the camera another lens?"
             )
         return None
 

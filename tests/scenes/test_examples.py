@@ -3,7 +3,6 @@
 import json
 import runpy
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from rems_net.agents.robot import Robot
 from rems_net.agents.world import World
 from rems_net.bodies.body import Embodied
 from rems_net.robots.eyes.camera import Camera
-from tests.commands import ROOT
+from tests.commands import ROOT, drivers_of, needs
 from tests.firmware.golden import schemas
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -59,10 +58,7 @@ def scenes(lab: Experiment) -> Iterator[tuple[Agent, dict[str, Any]]]:
 def test_an_example_is_drawn(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = path.read_text(encoding="utf-8")
-    for library in ("mujoco", "pybullet"):
-        if f'"{library}"' in text and not find_spec(library):
-            pytest.skip(f"{library} is not installed")
+    needs(*drivers_of(path.read_text(encoding="utf-8")))
     monkeypatch.chdir(tmp_path)
     found = list(scenes(experiment(path)))
     assert found
