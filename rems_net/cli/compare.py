@@ -6,8 +6,8 @@ from pathlib import Path
 from rems_net.cli.options import add_like, add_run, console, recording_of, show_files
 from rems_net.cli.report import report
 from rems_net.errors import ExperimentError
+from rems_net.recordings.comparison import reference
 from rems_net.recordings.parting.together import together
-from rems_net.recordings.parting.why import reference
 
 EXAMPLES = """\
 examples:

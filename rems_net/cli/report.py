@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from rems_net.cli.options import plain_table, show_path, warn
 from rems_net.errors import ExperimentError, MissingPartError
-from rems_net.recordings.comparison import Pair, Trajectory
+from rems_net.recordings.comparison import CROWD, Pair, Trajectory, reference
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
 from rems_net.recordings.parting.together import Together
-from rems_net.recordings.parting.why import reference
 from rems_net.recordings.picture import draw
 from rems_net.recordings.recording import Recording
 
@@ -27,9 +26,13 @@ SHOWN, WIDE = 9, 80
 
 def report(out: "Console", title: str, recording: Recording) -> None:
     """Print how far apart robots were, if there are two, and draw a picture of it."""
-    robots = recording.trajectories()
+    every = recording.shared if isinstance(recording, Together) else [*recording]
+    names = every[:CROWD]
+    robots = recording.trajectories(*names)
     pairs = recording.pairs(robots)
-    others = recording.differences({robot.name for robot in robots})
+    others = recording.differences({robot.name for robot in robots}, *names)
+    if len(names) < len(every):
+        out.print(f"\nThe first {len(names)} of {len(every)} robots:")
     if pairs:
         _picture(out, title, recording.folder, robots, pairs)
         out.print()

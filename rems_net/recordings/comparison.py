@@ -1,6 +1,6 @@
 """Distance of two-wheeled robots, from the files of a run."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
@@ -16,12 +16,16 @@ from rems_net.recordings.csv_file import Column, CsvFile
 from rems_net.recordings.manifest import Manifest, Start, read_manifest
 from rems_net.recordings.mcap.columns import TIME, AgentColumns, agents_of
 from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.names import natural
 
 if TYPE_CHECKING:
     from rems_net.recordings.table import Columns
 
 Array = NDArray[np.float64]
 
+#: robots. If there are more, a report is on the first of them, and each is compared
+#: with the reference robot only.
+CROWD = 30
 #: m. Two robots have parted if they are further apart than this.
 APART = 0.010
 #: any unit. A robot with a larger value has run away: only the rows before are
@@ -120,10 +124,12 @@ class Pair:
         return laid + interpolated(self.hidden, "m")
 
 
-def trajectories(files: Iterable[Path]) -> list[Trajectory]:
+def trajectories(
+    files: Iterable[Path], only: Collection[str] | None = None
+) -> list[Trajectory]:
     """Read those of the robots in these files that have two wheels.
 
-    A robot in a CSV file is not read from an MCAP file as well.
+    A robot in a CSV file is not read from an MCAP file as well. only: these robots.
     """
     files = [*files]
     found: dict[str, Trajectory | None] = {}
@@ -134,15 +140,17 @@ def trajectories(files: Iterable[Path]) -> list[Trajectory]:
             if folder not in runs:
                 runs[folder] = read_manifest(folder) or Manifest()
             start = runs[folder].robots.get(path.stem)
-            one = read_trajectory(path, start)
-            found[path.stem] = _in_place(one, start, runs[folder])
+            if only is None or path.stem in only:
+                one = read_trajectory(path, start)
+                found[path.stem] = _in_place(one, start, runs[folder])
     for path in files:
         if path.suffix == ".mcap":
             file = McapFile(path)
             told = read_manifest(path.parent) or file.manifest() or Manifest()
-            for agent in agents_of(file):
+            for agent in sorted(agents_of(file), key=natural):
                 kind, _, name = agent.partition("/")
-                if kind == "robot" and name not in found:
+                wanted = only is None or name in only
+                if kind == "robot" and name not in found and wanted:
                     start = told.robots.get(name)
                     columns = AgentColumns(file, agent, "state")
                     one = _trajectory(name, columns, start)
@@ -254,9 +262,18 @@ def unit_factor(unit: str, wanted: str) -> float | None:
 
 
 def compare(robots: Sequence[Trajectory]) -> list[Pair]:
-    """Compare each two robots that have common times."""
+    """Compare each two robots that have common times.
+
+    Of more than CROWD robots each is compared with the reference robot only.
+    """
     found = []
-    for a, b in combinations(robots, 2):
+    if len(robots) <= CROWD:
+        couples = [*combinations(robots, 2)]
+    else:
+        first = reference([one.name for one in robots])
+        a = next(one for one in robots if one.name == first)
+        couples = [(a, b) for b in robots if b is not a]
+    for a, b in couples:
         both = common(a.time, b.time)
         if len(both.time):
             one, other = (_at(both, k, robot) for k, robot in enumerate((a, b)))
@@ -269,6 +286,11 @@ def compare(robots: Sequence[Trajectory]) -> list[Pair]:
             pair = a.name, b.name, both.time, distance, turn, hidden
             found.append(Pair(*pair, laid))
     return found
+
+
+def reference(names: Sequence[str]) -> str:
+    """Return the reference robot: the kinematic one, else the first."""
+    return next((name for name in names if "kinematic" in name), names[0])
 
 
 def _at(both: Common, k: int, robot: Trajectory) -> Array:

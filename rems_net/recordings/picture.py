@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from rems_net.errors import MissingPartError
-from rems_net.recordings.comparison import APART, Pair, Trajectory
-from rems_net.recordings.parting.why import reference
+from rems_net.recordings.comparison import APART, Pair, Trajectory, reference
 from rems_net.uncaught import hiding
 
 #: Okabe and Ito's colours, which colour-blind people can distinguish; dark ones first.

@@ -1,6 +1,7 @@
 """A recording: what a run left in CSV and MCAP files, as arrays, tables, pictures."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
@@ -99,7 +100,7 @@ class Recording(Mapping[str, "Columns"]):
         return self is other
 
     def __iter__(self) -> Iterator[str]:
-        return (name for name in self._sources() if "/" not in name)
+        return (name for name in self._sources if "/" not in name)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -124,7 +125,7 @@ class Recording(Mapping[str, "Columns"]):
 
         Raises UnknownFieldError.
         """
-        sources = self._sources()
+        sources = self._sources
         if name not in sources:
             have = "none; an output of type csv or mcap writes them"
             raise UnknownFieldError(
@@ -140,6 +141,7 @@ class Recording(Mapping[str, "Columns"]):
             self._mcap[path] = McapFile(path)
         return self._mcap[path]
 
+    @cached_property
     def _sources(self) -> dict[str, tuple[Path, str]]:
         """Return, by name, the file of each, and its key there; "" in a CSV file."""
         found: dict[str, tuple[Path, str]] = {}
@@ -231,20 +233,23 @@ class Recording(Mapping[str, "Columns"]):
 
         return compare(robots)
 
-    def trajectories(self) -> "list[Trajectory]":
-        """Return where the robots with x, y and heading drove."""
+    def trajectories(self, *only: str) -> "list[Trajectory]":
+        """Return where the robots with x, y and heading drove, or these of them."""
         from rems_net.recordings.comparison import trajectories, trajectory_of
 
         if self.like is None:
-            return trajectories(self.tables())
-        found = [trajectory_of(columns) for columns in self.values()]
+            return trajectories(self.tables(), only or None)
+        found = [trajectory_of(self[name]) for name in only or self]
         return [one for one in found if one is not None]
 
-    def differences(self, posed: Collection[str]) -> "list[Difference]":
-        """Return how far apart two robots are by their states; no two of `posed`."""
+    def differences(self, posed: Collection[str], *only: str) -> "list[Difference]":
+        """Return how far apart two robots are by their states; no two of `posed`.
+
+        only: of these robots.
+        """
         from rems_net.recordings.differences import differences
 
-        sources = {n: where for n, where in self._sources().items() if "/" not in n}
+        sources = {name: self._sources[name] for name in only or self}
         if len(sources) < 2 or sources.keys() <= set(posed):
             return []
         driven = [
@@ -268,8 +273,9 @@ class Recording(Mapping[str, "Columns"]):
         of the others. Raises UnknownFieldError, and ExperimentError for two that have
         nothing to compare.
         """
+        from rems_net.recordings.comparison import reference
         from rems_net.recordings.parting.pair import RobotPair
-        from rems_net.recordings.parting.why import reference, why
+        from rems_net.recordings.parting.why import why
 
         names = list(self)
         a = a or reference(names)
@@ -320,6 +326,7 @@ def moved(old: Path, new: Path) -> None:
     for one in list(_open):
         if one.folder == old:
             one.folder = new
+            vars(one).pop("_sources", None)
             one.files = [
                 new / path.relative_to(old) if path.is_relative_to(old) else path
                 for path in one.files

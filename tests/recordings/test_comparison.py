@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from rems_net import Experiment
+from rems_net.agents.experiment.show import Show
+from rems_net.cli.report import report
 from rems_net.errors import ExperimentError
-from rems_net.recordings.comparison import Trajectory, compare, trajectories
+from rems_net.recordings.comparison import CROWD, Trajectory, compare, trajectories
 from rems_net.recordings.picture import draw
 
 TIME = np.array([0.1, 0.2, 0.3, 0.4])
@@ -29,6 +34,25 @@ def test_distance() -> None:
     assert pair.rms == pytest.approx(math.sqrt((0 + 1 + 9 + 4) / 4) * 0.010)
     assert pair.final == pytest.approx(0.020)
     assert pair.parted == 0.3  # 10 mm is not yet more than 10 mm
+
+
+@pytest.mark.parametrize(("count", "pairs"), [(CROWD, 435), (CROWD + 1, 30)])
+def test_a_crowd_is_compared_with_one_robot(count: int, pairs: int) -> None:
+    found = compare([robot(f"r{i}", [0.0, float(i)]) for i in range(count)])
+    assert len(found) == pairs
+    assert {one.a for one in found[: CROWD - 1]} == {"r0"}
+
+
+def test_a_report_is_on_the_first_of_a_crowd(tmp_path: Path) -> None:
+    lab = Experiment("crowd", dt=0.01, duration=0.02)
+    for i in range(CROWD + 2):
+        lab.robot(f"r{i}", "woodbot", "kinematic")
+    out = Console(file=StringIO(), width=80)
+    report(out, "crowd", lab.run(tmp_path / "a", direct=True, show=Show()))
+    said = out.file.getvalue()  # type: ignore[attr-defined]
+    assert "The first 30 of 32 robots:" in said
+    assert "\nr29 " in said
+    assert "r30" not in said
 
 
 def test_never_parted() -> None:

@@ -21,7 +21,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.defdict import angle, cdr, length, text
 from rems_net.errors import ExperimentError, UnknownFieldError
-from rems_net.recordings.mcap.reader import McapFile
+from rems_net.recordings.mcap.reader import FAR, McapFile
 from rems_net.recordings.mcap.scan import finish, is_whole
 from rems_net.recordings.mcap.writer import McapWriter
 from tests.agents.runs import Told, until
@@ -131,6 +131,33 @@ def test_only_chunks_that_hold_a_column_are_read(tmp_path: Path) -> None:
     data = bytearray(path.read_bytes())
     data[file.chunks[4].at + 60] ^= 1  # a byte in the fifth
     path.write_bytes(data)
+    with pytest.raises(ExperimentError, match="checksum of a chunk"):
+        [*McapFile(path).messages("robot/a/state")]
+
+
+def test_sparse_messages_are_read_one_by_one(tmp_path: Path) -> None:
+    """Once the checksum of their chunk is known to fit; they are checked as before."""
+    path = tmp_path / "run.mcap"
+    file = McapWriter(path)
+    file.open({"dt": "0.1"})
+    long = Schema("diary", {"what": text(max_len=2 * FAR)})
+    file.declare({"process/p/diary": long, "robot/a/state": STATE})
+    for n in range(1, 31):
+        state = cdr(STATE).encode(STATE({"x": n}))
+        diary = cdr(long).encode(long({"what": 2 * FAR * "!"}))
+        both = {"process/p/diary": diary, "robot/a/state": state}
+        file.add(n, n * 10**8, both)
+        file.end_tick()
+    file.close()
+    reader = McapFile(path)
+    first, again = ([*reader.messages("robot/a/state")] for _ in range(2))
+    assert first == again
+    assert sum(len(times) for times, _ in again) == 30
+    data = bytearray(path.read_bytes())
+    data[data.index(b"!\0") + 2] = 7  # the head of the first state
+    path.write_bytes(data)
+    with pytest.raises(ExperimentError, match="not at the place in its index"):
+        [*reader.messages("robot/a/state")]
     with pytest.raises(ExperimentError, match="checksum of a chunk"):
         [*McapFile(path).messages("robot/a/state")]
 

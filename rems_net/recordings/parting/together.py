@@ -63,12 +63,13 @@ class Together(Recording):
         columns.name = robot
         return columns
 
-    def trajectories(self) -> "list[Trajectory]":
-        """Return where the shared robots with x, y and heading drove."""
-        first = {one.name: one for one in self.one.trajectories()}
-        second = {one.name: one for one in self.other.trajectories()}
+    def trajectories(self, *only: str) -> "list[Trajectory]":
+        """Return where the shared robots with x, y and heading drove, in both runs."""
+        names = [name for name in self.shared if not only or name in only]
+        first = {one.name: one for one in self.one.trajectories(*names)}
+        second = {one.name: one for one in self.other.trajectories(*names)}
         found = []
-        for name in self.shared:
+        for name in names:
             if name in first and name in second:
                 found += [first[name], replace(second[name], name=self.marked(name))]
         return found
@@ -83,13 +84,14 @@ class Together(Recording):
             for pair in self.one.pairs([by[name], by[self.marked(name)]])
         ]
 
-    def differences(self, posed: Collection[str]) -> "list[Difference]":
+    def differences(self, posed: Collection[str], *only: str) -> "list[Difference]":
         """Return how far each robot is apart from itself by its state."""
         from rems_net.recordings.differences import differences
 
         found = (
             differences([self[name], self[self.marked(name)]], posed)
             for name in self.shared
+            if not only or name in only
         )
         return [one for each in found for one in each]
 

@@ -71,8 +71,3 @@ def why(both: RobotPair) -> Why:
         found = [parting(both, field) for field in both.fields("sensors")] + found
         found.sort(key=lambda one: one.rms == 0)
     return Why(a, b, found, both.far)
-
-
-def reference(names: Sequence[str]) -> str:
-    """Return the reference robot: the kinematic one, else the first."""
-    return next((name for name in names if "kinematic" in name), names[0])
