@@ -29,8 +29,9 @@ ABOUT = (
 class McapOutput(Output):
     """Writes `run.mcap`: every value of every port, with its schema, at its time.
 
-    The file is in chunks of a second of fabric time, or of 1 MiB. A run that is killed
-    leaves whole chunks, and started again after a crash it goes on behind them.
+    The file is in chunks of a second of fabric time, or of 1 MiB (4 KiB for each
+    channel, if that is more). A run that is killed leaves whole chunks, and started
+    again after a crash it goes on behind them.
     """
 
     options = Settings(

@@ -135,6 +135,23 @@ def test_only_chunks_that_hold_a_column_are_read(tmp_path: Path) -> None:
         [*McapFile(path).messages("robot/a/state")]
 
 
+@pytest.mark.parametrize(("robots", "chunks"), [(100, 3), (1000, 1)])
+def test_chunks_of_many_channels_are_longer(
+    tmp_path: Path, robots: int, chunks: int
+) -> None:
+    """Else their indexes would be a large part of the file, and of a reader."""
+    file = McapWriter(tmp_path / "run.mcap")
+    file.open({"dt": "0.01"})
+    keys = [f"robot/r{i}/state" for i in range(robots)]
+    file.declare(dict.fromkeys(keys, STATE))
+    state = cdr(STATE).encode(STATE({}))
+    for n in range(1, 50_000 // robots + 1):
+        file.add(n, n * 10**6, dict.fromkeys(keys, state))
+        file.end_tick()
+    file.close()
+    assert len(McapFile(file.path).chunks) == chunks
+
+
 def test_sparse_messages_are_read_one_by_one(tmp_path: Path) -> None:
     """Once the checksum of their chunk is known to fit; they are checked as before."""
     path = tmp_path / "run.mcap"

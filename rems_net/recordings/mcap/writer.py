@@ -3,6 +3,8 @@
 The bytes depend on what is recorded alone: not on the wall clock, on who came first,
 or on the version of a library. Nothing is compressed, for that reason. A chunk ends
 with a second of fabric time, or as soon as it has 1 MiB, and only between two ticks.
+Chunks of more than 256 channels are longer, so that their indexes, which list each
+channel, stay small beside them.
 """
 
 import errno
@@ -29,9 +31,9 @@ FILE = "run.mcap"
 LIBRARY = "rems_net"
 #: what kind of file it is; programs for ROS 2 open no other
 PROFILE = "ros2"
-#: bytes. A chunk with so many is closed. A killed process loses at most these, or a
-#: tick if that is more.
-FULL = 1 << 20
+#: bytes. A chunk with so many is closed, if it has so many for each channel, too. A
+#: killed process loses at most these, or a tick if that is more.
+FULL, EACH = 1 << 20, 1 << 12
 #: ns. A chunk never goes beyond the end of a second.
 SECOND = 1_000_000_000
 #: channels and types of one file: their ids have two bytes
@@ -151,7 +153,7 @@ class McapWriter:
 
     def end_tick(self) -> None:
         """Close the chunk if it is full."""
-        if self._length >= FULL:
+        if self._length >= max(FULL, EACH * len(self.channels)):
             self.end_chunk()
 
     def end_chunk(self) -> None:
