@@ -34,6 +34,11 @@ class Rows:
             start = codec.decode(codec.encode(before)).leaves()
             self._values += [start[i] for i in places]
 
+    @property
+    def keys(self) -> list[str]:
+        """Those of its ports."""
+        return [*self._ports]
+
     def headings(self) -> list[str]:
         """Return the headings of a CSV file."""
         named = [h for name, one in self.fields for h in headings(name, one)]
@@ -57,11 +62,16 @@ def rows(file: McapFile, agents: Sequence[Rows]) -> Iterator[tuple[Rows, float]]
     """Yield agents with the times [s] of their rows; each has its values then."""
     p, q = Fraction(repr(file.told.dt)).as_integer_ratio()
     before = 0
-    for n, time, messages in file.moments():
-        if p:
-            quiet = range(before + 1, n)  # ticks without any message
-            yield from ((a, m * p / q) for m in quiet for a in agents if a.take(m, {}))
+
+    def quiet(until: int) -> Iterator[tuple[Rows, float]]:
+        """Yield those of ticks without a message of these agents."""
+        for m in range(before + 1, until if p else 0):
+            yield from ((a, m * p / q) for a in agents if a.take(m, {}))
+
+    for n, time, messages in file.moments(*[key for one in agents for key in one.keys]):
+        yield from quiet(n)
         before = n
         for one in agents:
             if one.take(n, messages):
                 yield one, n * p / q if p else time / 1e9
+    yield from quiet(file.last + 1)

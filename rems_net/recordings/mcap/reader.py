@@ -9,6 +9,7 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 from zlib import crc32
@@ -35,6 +36,8 @@ from rems_net.recordings.mcap.writer import DERIVED, EXPERIMENT, SCHEMA
 #: bytes. If the messages of a channel are further from each other, they are read one
 #: by one, once the checksum of their chunk is known to fit.
 FAR = 1 << 14
+#: channel, tick, log time [ns] and content
+Message = tuple[int, int, int, bytes]
 
 
 class McapFile:
@@ -167,6 +170,12 @@ class McapFile:
         """The same as of a run.json; an empty one if it is not there."""
         return self.manifest() or Manifest()
 
+    @cached_property
+    def last(self) -> int:
+        """The last tick; 0 if the length of a tick is not known."""
+        end = max((one.end for one in self.chunks), default=0) / 1e9
+        return round(end / self.told.dt) if self.told.dt else 0
+
     def manifest(self) -> Manifest | None:
         """Return the same as of a run.json; None if it is not there."""
         return parsed(self.about())
@@ -213,14 +222,10 @@ class McapFile:
     def _messages(self, number: int) -> Iterator[tuple[list[int], list[bytes]]]:
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
-                index = pairs(file, chunk, number)
-                if len(index):
-                    if chunk.at in self._sound and chunk.size > FAR * len(index):
-                        found = _sought(file, chunk, index, number)
-                    else:
-                        data = self._opened(file, chunk)
-                        found = _messages(data, index, number)
-                    yield index[:, 0].tolist(), list(found)
+                found = [*self._some(file, chunk, number)]
+                if found:
+                    _, _, times, messages = zip(*found, strict=True)
+                    yield [*times], [*messages]
 
     def times(self, key: str) -> NDArray[np.int64]:
         """Return the log times (n,) [ns] of a channel; only indexes are read."""
@@ -233,26 +238,53 @@ class McapFile:
         """Yield each tick's number and its messages by key, in the file's order."""
         return ((n, found) for n, _, found in self.moments())
 
-    def moments(self) -> Iterator[tuple[int, int, dict[str, bytes]]]:
-        """Yield the same with the log time [ns] between them."""
-        keys = {one.id: key for key, one in self.channels.items()}
-        head = mcap.MESSAGE_HEAD
+    def moments(self, *keys: str) -> Iterator[tuple[int, int, dict[str, bytes]]]:
+        """Yield the same with the log time [ns] between them; keys: of these only."""
+        known = {one.id: key for key, one in self.channels.items()}
+        wanted = [self.channels[key].id for key in keys]
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
-                data = self._opened(file, chunk)
+                some = self._some(file, chunk, *wanted)
                 n, time, found = -1, 0, dict[str, bytes]()
-                for code, at, content in mcap.records(data):
-                    if code != mcap.MESSAGE:
-                        continue
-                    _, _, channel, tick, log, _ = head.unpack_from(data, at)
+                for channel, tick, log, message in (
+                    some if keys else self._all(file, chunk)
+                ):
                     if tick != n and found:
                         yield n, time, found
                         found = {}
                     n, time = tick, log
-                    if channel in keys:
-                        found[keys[channel]] = content[mcap.MESSAGE_FIELDS :]
+                    if channel in known:
+                        found[known[channel]] = message
                 if found:
                     yield n, time, found
+
+    def _all(self, file: IO[bytes], chunk: ChunkIndex) -> Iterator[Message]:
+        """Yield the messages of a chunk, in its order."""
+        data = self._opened(file, chunk)
+        for code, at, content in mcap.records(data):
+            if code == mcap.MESSAGE:
+                _, _, channel, tick, log, _ = mcap.MESSAGE_HEAD.unpack_from(data, at)
+                yield channel, tick, log, content[mcap.MESSAGE_FIELDS :]
+
+    def _some(
+        self, file: IO[bytes], chunk: ChunkIndex, *channels: int
+    ) -> Iterator[Message]:
+        """Yield those of some channels, by their times. Raises ValueError."""
+        index = np.concatenate([pairs(file, chunk, one) for one in channels])
+        places = index[np.lexsort(index.T[::-1])][:, 1].tolist()
+        if not places:
+            return
+        apart = chunk.at in self._sound and chunk.size > FAR * len(places)
+        source = file if apart else BytesIO(self._opened(file, chunk))
+        begin = chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS if apart else 0
+        head = mcap.MESSAGE_HEAD
+        for at in places:
+            source.seek(begin + at)
+            code, size, channel, tick, log, _ = head.unpack(source.read(head.size))
+            size -= mcap.MESSAGE_FIELDS
+            if code != mcap.MESSAGE or channel not in channels or size < 0:
+                raise ValueError("a message is not at the place in its index")
+            yield channel, tick, log, source.read(min(size, mcap.LONGEST))
 
     def _opened(self, file: IO[bytes], chunk: ChunkIndex) -> bytes:
         """Return what is in a chunk."""
@@ -267,30 +299,3 @@ class McapFile:
         data = opened(record[begin:], self.path.name)[0]
         self._sound.add(chunk.at)
         return data
-
-
-def _messages(data: bytes, index: NDArray[np.int64], number: int) -> Iterator[bytes]:
-    """Yield the messages of a channel in a chunk. Raises ValueError."""
-    head = mcap.MESSAGE_HEAD
-    for at in index[:, 1].tolist():
-        length = _length(data[at : at + head.size], number)
-        yield data[at + head.size : at + head.size + length]
-
-
-def _sought(
-    file: IO[bytes], chunk: ChunkIndex, index: NDArray[np.int64], number: int
-) -> Iterator[bytes]:
-    """Yield the same, read one by one from a chunk whose checksum is known to fit."""
-    begin = chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS
-    for at in index[:, 1].tolist():
-        file.seek(begin + at)
-        length = _length(file.read(mcap.MESSAGE_HEAD.size), number)
-        yield file.read(min(length, mcap.LONGEST))
-
-
-def _length(head: bytes, number: int) -> int:
-    """Return the bytes of a message behind its head. Raises ValueError."""
-    code, length, channel, *_ = mcap.MESSAGE_HEAD.unpack(head)
-    if (code, channel) != (mcap.MESSAGE, number) or length < mcap.MESSAGE_FIELDS:
-        raise ValueError("a message is not at the place in its index")
-    return int(length) - mcap.MESSAGE_FIELDS

@@ -25,8 +25,7 @@ class Span:
             if plan.get("name") == name:
                 self._step, since = plan.get("every", 1), plan.get("since", 0.0)
                 known = True
-        end = max((one.end for one in file.chunks), default=0) / 1e9
-        self._last = round(end / dt) if dt else 0
+        self._last = file.last
         self._first = round(since / dt) + 1 if dt else 0
         steps = (self._last - self._first + 1) // self._step
         self._device = max(counts, default=0) < OFTEN * steps
