@@ -11,15 +11,27 @@ import numpy as np
 import pytest
 
 import rems_net
-from rems_net import Experiment, In, Input, Out, Process, Schema
+from rems_net import Experiment, In, Input, Out, Process, Schema, Woodbot
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.host.outlet import CROWD
 from rems_net.agents.tick import Tick
-from rems_net.defdict import array, boolean, cdr, choice, integer, many, number, text
+from rems_net.defdict import (
+    Batch,
+    array,
+    boolean,
+    cdr,
+    choice,
+    integer,
+    many,
+    number,
+    text,
+)
 from rems_net.errors import AgentError
 from rems_net.outputs.mcap import McapOutput
 from rems_net.pictures import is_picture, pixels
+from rems_net.recordings.mcap import derived
+from rems_net.recordings.mcap.derived import FEW, Poses
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import Router, Told, in_one_host, until
 from tests.agents.test_determinism import in_a_few, lab as carts
@@ -235,6 +247,16 @@ def decoded(path: Path, topic: str) -> list[tuple[int, Any]]:
         read = reader.make_reader(file, decoder_factories=[ros2.DecoderFactory()])
         found = read.iter_decoded_messages(topics=[topic])
         return [(one.log_time, said) for _, _, one, said in found]
+
+
+def test_few_poses_have_the_bytes_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    schema = Woodbot.state.schema
+    keys = [f"robot/{'r' * i}/state" for i in range(1, FEW + 1)]
+    states = [schema({"x": i / 7, "y": -i, "heading": i**9}) for i in range(FEW)]
+    batch = Batch(dict(zip(keys, map(cdr(schema).encode, states), strict=True)))
+    few = Poses(dict.fromkeys(keys, schema))(batch, 12_345_678_901)
+    monkeypatch.setattr(derived, "FEW", 0)
+    assert few == Poses(dict.fromkeys(keys, schema))(batch, 12_345_678_901)
 
 
 def test_poses_are_transforms(tmp_path: Path) -> None:
