@@ -5,7 +5,9 @@ of its page and a headless Chromium, each in a process of its own. DevTools pres
 release a key; the times are those at which DevTools get the order, at which the command
 comes, and at which the robot publishes that it obeys, in ms. `viewer ROBOTS SECONDS`
 measures what the server spends for one viewer that looks at all robots: CPU in percent
-of a core, and values a second.
+of a core, and values a second. `seen ROBOTS SECONDS` shows a run in the browser: the
+time from its start to a page with all robots [s], the pictures it draws a second where
+50 come, and the time of one [ms].
 """
 
 from __future__ import annotations
@@ -28,12 +30,14 @@ from rems_net.dashboard.viewers.wire import SUBPROTOCOLS
 from rems_net.router.mail import Mail
 from tests.dashboard.browser import browser
 
+#: pictures a second that the server sends to `seen`
+RATE = 50
 KEY = {"code": "ArrowUp", "key": "ArrowUp", "windowsVirtualKeyCode": 38}
 
 
-def links(stack: ExitStack, folder: Path) -> tuple[str, str, int]:
+def links(stack: ExitStack, folder: Path, *more: str) -> tuple[str, str, int]:
     """Start the page; return its link, the address of viewers, and its process."""
-    words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--viewers")
+    words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--viewers", *more)
     page = started(stack, folder, *words, "--fabric", NAME)
     found = []
     assert page.stdout is not None
@@ -93,6 +97,25 @@ def presses(count: int) -> dict[str, Any]:
     return result
 
 
+def seen(robots: int, seconds: float) -> dict[str, Any]:
+    """Look at all robots in a browser that has never seen the page."""
+    with ExitStack() as stack:
+        _, folder = began(stack, robots)
+        link, _, _ = links(stack, folder, "--rate", str(RATE))
+        begun = time.monotonic()
+        tab = stack.enter_context(browser(folder))
+        tab.size(1280, 800)
+        tab.go(link)
+        tab.until(f"rems.arena.robots().length === {robots}")
+        ready = time.monotonic() - begun
+        time.sleep(1)
+        cost = "[rems.cost.frames, rems.cost.ms, performance.now()]"
+        before = tab.run(cost)
+        time.sleep(seconds)
+        frames, ms, took = (b - a for a, b in zip(before, tab.run(cost), strict=True))
+        return {"ready": ready, "drawn": 1000 * frames / took, "ms": ms / frames}
+
+
 def cpu(pid: int) -> float:
     """Return the processor time of a process [s]."""
     words = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2]
@@ -131,7 +154,8 @@ def viewer(robots: int, seconds: float) -> dict[str, Any]:
 
 if __name__ == "__main__":
     what, *numbers = sys.argv[1:]
-    if what == "viewer":
-        print(json.dumps(viewer(int(numbers[0]), float(numbers[1]))))
+    if what in ("viewer", "seen"):
+        look = viewer if what == "viewer" else seen
+        print(json.dumps(look(int(numbers[0]), float(numbers[1]))))
     else:
         print(json.dumps(presses(int(what))))

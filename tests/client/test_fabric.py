@@ -271,7 +271,7 @@ def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
 
 
 def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
-    """Hosts of more than a hundred agents answer for all of them at once."""
+    """Hosts of more than 16 agents answer for all of them at once."""
     lab = Experiment("crowds", dt=0.05, duration="60 s", pace=1, folder=PARTS)
     for i in range(2 * (CROWD + 1)):
         lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Gripping", host=f"h{i % 2}")

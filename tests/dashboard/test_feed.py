@@ -1,22 +1,36 @@
-"""The page's server takes of a crowd what some page shows."""
+"""The page's server takes of a crowd what some page or viewer shows."""
 
 import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 from rems_net import Experiment
 from rems_net.agents.host.outlet import CROWD
+from rems_net.client import Fabric
 from rems_net.dashboard.feed import Feed
+from rems_net.dashboard.viewers.ports import Ports
 from tests.agents.runs import until
 from tests.client.test_fabric import try_join
 
 
-def test_only_states_of_a_crowd_until_a_page_looks_at_one_of_it(tmp_path: Path) -> None:
+@contextmanager
+def crowd(folder: Path) -> Iterator[Fabric]:
+    """Run robots in one host; the run ends with the block."""
     lab = Experiment("feed", dt=0.02, duration="60 s", pace=1)
     for i in range(CROWD + 1):
         lab.robot(f"r{i}", "woodbot", "kinematic", host="all")
-    thread = threading.Thread(target=lambda: lab.run(tmp_path))
+    thread = threading.Thread(target=lambda: lab.run(folder))
     thread.start()
     with until(try_join) as fabric:
+        yield fabric
+        fabric.clock("end")
+    thread.join()
+
+
+def test_only_states_of_a_crowd_until_a_page_looks_at_one_of_it(tmp_path: Path) -> None:
+    with crowd(tmp_path) as fabric:
         feed = Feed(fabric.session, lambda channel, payload: None)
 
         came: list[str] = []
@@ -32,5 +46,23 @@ def test_only_states_of_a_crowd_until_a_page_looks_at_one_of_it(tmp_path: Path) 
         until(lambda: often() and "robot/@crowd/sensors" in came)
         feed.want(set())
         feed.close()
-        fabric.clock("end")
-    thread.join()
+
+
+def test_viewers_see_each_robot_of_a_crowd(tmp_path: Path) -> None:
+    with crowd(tmp_path) as fabric, ThreadPoolExecutor(4) as threads:
+        ports = Ports(fabric, threads.submit)
+
+        def known() -> set[int]:
+            ports.drain()
+            every = ports.channels.items()
+            return {
+                i
+                for i, one in every
+                if one.key.endswith(("r3/state", f"r{CROWD}/state"))
+            }
+
+        until(lambda: len(known()) == 2)
+        assert len(ports.channels) == 1 + 3 * (CROWD + 1)
+        ports.want(wanted := known())
+        until(lambda: ports.drain().keys() >= wanted)
+        ports.close()

@@ -234,7 +234,7 @@ lab.output("log", "csv")
 lab.run()
 """
 
-#: a crowd: hosts of more than a hundred robots publish and answer in another way
+#: a crowd: hosts of more than 16 robots publish and answer in another way
 CROWD = """
 from rems_net import Experiment
 lab = Experiment("crowd", dt="50 ms", duration="1 s", folder={folder!r})

@@ -20,7 +20,7 @@ from rems_net.router.publisher import Member, Publisher, Puts, Unseen
 from rems_net.router.session import Session
 
 #: Number of agents. Above it, a host publishes and answers for all of a kind at once.
-CROWD = 100
+CROWD = 16
 #: Ticks. If more ticks wait here, one `done` is for as many as this: for half of what
 #: the clock may be ahead, so that it sends the next ones before the last is done.
 TOGETHER = AHEAD // 2

@@ -1,7 +1,7 @@
 """Ports: what a fabric's agents publish, as channels for viewers, in CDR."""
 
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from typing import Any
 
@@ -20,6 +20,9 @@ from rems_net.router.publisher import Watch
 
 #: channels; further ports are left out
 MOST = 8192
+#: agents of a kind. A crowd that makes them more is left out: each value of it would
+#: be a message.
+MANY = 100
 #: bytes. Larger values are left out.
 LARGEST = 1 << 20
 #: time [ns] and message of a value
@@ -57,6 +60,9 @@ class Ports:
         self.fabric, self._ask = fabric, ask
         self._box = Mailbox()
         self._ended: list[tuple[str, Future[dict[str, Schema]]]] = []
+        #: by kind, agents of crowds, and the question who is in them
+        self._crowds: dict[str, set[str]] = {}
+        self._asked: dict[str, Future[list[dict[str, Any]]]] = {}
         self._by_key: dict[str, Channel] = {}
         self._next = FRAMES + 1
         #: agents that are there, and that have gone
@@ -163,17 +169,37 @@ class Ports:
     def _meet(self, presence: Presence) -> None:
         """Ask an agent that came for its types; forget one that went."""
         _, kind, name, *_ = presence.key.split("/")
-        agent = f"{kind}/{name}"
-        if kind not in PHASES or not is_name(name):
-            return
+        if kind in PHASES and name == "*":  # a crowd, or one of several
+            for agent in self._crowds.pop(kind, ()):
+                self._leave(agent)
+            self._asked[kind] = self._ask(self.fabric.agents)
+        elif kind in PHASES and is_name(name):
+            agent = f"{kind}/{name}"
+            (self._come if presence.alive else self._leave)(agent)
+
+    def _come(self, agent: str) -> None:
         self._forget(agent)
-        if presence.alive:
-            self.agents.add(agent)
-            self.gone.discard(agent)
-            self._ended.append((agent, self._ask(lambda: self.fabric.schemas(agent))))
-        else:
-            self.agents.discard(agent)
-            self.gone.add(agent)
+        self.agents.add(agent)
+        self.gone.discard(agent)
+        self._ended.append((agent, self._ask(lambda: self.fabric.schemas(agent))))
+
+    def _leave(self, agent: str) -> None:
+        self._forget(agent)
+        self.agents.discard(agent)
+        self.gone.add(agent)
+
+    def _meet_crowds(self) -> None:
+        """Take in the agents of crowds whose names have come."""
+        for kind, asked in list(self._asked.items()):
+            if asked.done():
+                del self._asked[kind]
+                with suppress(RemsError, CancelledError):
+                    rows = (row for row in asked.result() if row["kind"] == kind)
+                    every = {row["agent"] for row in rows}
+                    some = every - self.agents if len(every) <= MANY else set()
+                    self._crowds[kind] = some
+                    for agent in sorted(some):
+                        self._come(agent)
 
     def _forget(self, agent: str) -> None:
         gone = [one for one in self.channels.values() if one.agent == agent]
@@ -188,6 +214,7 @@ class Ports:
 
     def _learn(self) -> None:
         """Make channels of the types that have come."""
+        self._meet_crowds()
         waiting = []
         for agent, asked in self._ended:
             if not asked.done():
