@@ -15,7 +15,7 @@ LOOKS = """Cost of the page's server for one viewer (such as Lichtblick) that lo
 at the states of 30 robots:"""
 
 DRAWN = """A Chromium without a graphics card, whose folder is new, shows a run of 30
-robots at 50 Hz, and is sent 50 pictures a second. *Ready* is from the start of the
+robots at 50 Hz, and is sent 60 pictures a second. *Ready* is from the start of the
 browser until all robots are there:"""
 
 

@@ -7,7 +7,7 @@ comes, and at which the robot publishes that it obeys, in ms. `viewer ROBOTS SEC
 measures what the server spends for one viewer that looks at all robots: CPU in percent
 of a core, and values a second. `seen ROBOTS SECONDS` shows a run in the browser: the
 time from its start to a page with all robots [s], the pictures it draws a second where
-50 come, and the time of one [ms].
+60 come, and the time of one [ms].
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from rems_net.router.mail import Mail
 from tests.dashboard.browser import browser
 
 #: pictures a second that the server sends to `seen`
-RATE = 50
+RATE = 60
 KEY = {"code": "ArrowUp", "key": "ArrowUp", "windowsVirtualKeyCode": 38}
 
 

@@ -25,6 +25,8 @@ OLD = 0.5
 SILENT = 0.25
 #: s. Between two looks for silent pages: a robot stands 0.3 s after the last motion.
 CHECK = 0.02
+#: s. The same while no page drives: less than SILENT, so none is seen too late.
+REST = 0.2
 #: robots that one page drives at once
 MOST = 100
 

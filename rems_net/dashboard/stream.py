@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from rems_net.client import Fabric
-from rems_net.dashboard.controls import CHECK, Controls
+from rems_net.dashboard.controls import CHECK, REST, Controls
 from rems_net.dashboard.feed import Channel, Feed
 from rems_net.dashboard.pages import Page, ready, text_of
 from rems_net.dashboard.protocol import Value, pack_frame
@@ -254,7 +254,8 @@ class Stream:
     async def _look_at_hands(self) -> None:
         """Let go for pages that are silent."""
         while True:
-            await asyncio.sleep(CHECK)
+            driven = any(page.controls for page in self.pages)
+            await asyncio.sleep(CHECK if driven else REST)
             for page in self.pages:
                 page.controls.look(time.monotonic())
 
