@@ -11,10 +11,6 @@ from typing import Any
 from rems_net.errors import MissingPartError
 from rems_net.uncaught import hiding
 
-#: Numbers of threads of linear algebra: one by default. Sums by several threads depend
-#: on their number, so a recording would depend on the number of cores; and starting
-#: them takes half of a process's start.
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 #: system and newest Python for which PyBullet has wheels
 WHEELS, NEWEST = ("linux", "x86_64"), (3, 11)
 SYSTEMS = {"win32": "Windows", "darwin": "macOS"}

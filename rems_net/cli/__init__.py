@@ -2,7 +2,6 @@
 
 import argparse
 import errno
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -25,7 +24,6 @@ from rems_net.cli.verbs import (
     VERBS,
 )
 from rems_net.errors import AgentError, ExperimentError, RemsError, longer, nearest
-from rems_net.libraries import THREADS
 
 #: beginning of `rems --help`: ten lines that a beginner can type one by one
 FIRST = """\
@@ -61,11 +59,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "--" in given and _command(given) in OF_SCRIPTS:
             cut = given.index("--")
             given, words = given[:cut], given[cut + 1 :]
-        if argv is None:
-            for name in THREADS:  # which numpy reads when it is imported
-                os.environ.setdefault(name, "1")
-            if given[0] in ("run", "rerun"):
-                start_pinned(given)
+        if argv is None and given[0] in ("run", "rerun"):
+            start_pinned(given)
         args = parser(given).parse_args(given)
         args.words, args.command = words, _command(given)
         if args.command in AWAY:

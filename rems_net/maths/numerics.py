@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.libraries import THREADS
-
 TUNABLES, HWCAPS = "GLIBC_TUNABLES", "glibc.cpu.hwcaps"
 #: Processor features that glibc must not use; before 2.33 their name has `_Usable`, and
 #: unknown names are ignored. Without them, no variant of sin, exp, pow, ... fuses.
@@ -23,6 +21,10 @@ FUSED = ("-FMA", "-FMA4", "-FMA_Usable", "-FMA4_Usable")
 DISABLE, ENABLE = "NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES"
 #: OpenBLAS's kernels for processors since 2008: numpy's wheels ask for them, too
 BLAS, KERNELS = "OPENBLAS_CORETYPE", "Nehalem"
+#: Numbers of threads of linear algebra: one by default. Sums by several threads depend
+#: on their number, so a recording would depend on the number of cores; and starting
+#: them takes half of a process's start.
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def environment(outer: Mapping[str, str], *, native: bool = False) -> dict[str, str]:

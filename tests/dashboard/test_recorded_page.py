@@ -59,7 +59,7 @@ def at(tab: Browser, n: int) -> None:
 
 
 def test_it_shows_the_beginning_and_nothing_to_command(tab: Browser) -> None:
-    assert "recording: " in tab.run(LIGHTS)
+    tab.until(f"{LIGHTS}.includes('recording: ')")
     assert "paused" in tab.run(LIGHTS)
     for hidden in ("#stop", "#drive", "#time", ".why", "details > button"):
         seen = f"[...document.querySelectorAll('{hidden}')].filter(e => e.offsetParent)"

@@ -8,6 +8,7 @@ import json
 import sys
 import time
 from contextlib import ExitStack
+from threading import Lock
 from typing import Any
 
 import zenoh
@@ -47,6 +48,7 @@ class Driver:
             "scouting": {"multicast": {"enabled": False}},
             "transport": {"shared_memory": {"enabled": False}},
         }
+        self._using, self._closed = Lock(), False
         self._stack = ExitStack()
         self._session = self._stack.enter_context(
             zenoh.open(zenoh.Config.from_json5(json.dumps(told)))
@@ -61,7 +63,10 @@ class Driver:
         command = packb({"wheel": {"left": left, "right": left}})
         self.told.append(time.monotonic())
         stamp = packb([n, t])
-        self._session.put(self._key, command, encoding=self._encoding, attachment=stamp)
+        about: dict[str, Any] = {"encoding": self._encoding, "attachment": stamp}
+        with self._using:
+            if not self._closed:
+                self._session.put(self._key, command, **about)
 
     def _echo(self, sample: zenoh.Sample) -> None:
         if sample.attachment is not None:
@@ -70,7 +75,9 @@ class Driver:
                 self.obeyed.append(stamp)
 
     def close(self) -> None:
-        self._ticks.undeclare()  # a session that is in use refuses to be closed
+        self._ticks.undeclare()
+        with self._using:  # a session that is in use refuses to be closed
+            self._closed = True
         self._stack.close()
 
 
