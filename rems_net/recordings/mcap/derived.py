@@ -202,9 +202,8 @@ class _Form:
         #: of few robots: key, where the message has its pose, and where this one has
         #: its stamp and its pose
         self._each: list[tuple[str, list[int], int, int]] = []
-        for key, begin in (
-            zip(schemas, stamps, strict=True) if len(schemas) <= FEW else ()
-        ):
+        few = schemas if len(schemas) <= FEW else ()
+        for key, begin in zip(few, stamps, strict=False):
             layout: Any = cdr(schemas[key]).layout
             keys, places = groups[layout]
             pose = [layout.fields[path][1] for path in ("x", "y", "heading")]
