@@ -96,7 +96,17 @@ class Others:
                 known.peers.append(one)
         many = [some for some in alike.values() if len(some.peers) >= MANY]
         grouped = {id(one) for some in many for one in some.peers}
-        return [*(one for one in sources if id(one) not in grouped), *many]
+        # The others of one schema and rhythm are looked through in one go.
+        cohorts: dict[object, Cohort] = {}
+        rest: list[Source] = []
+        for one in sources:
+            if isinstance(one, Peer) and isinstance(one.converter, Later):
+                if id(one) not in grouped:
+                    made = Cohort(one.converter.waiting, self._inbox)
+                    cohorts.setdefault(one.rhythm(), made).peers.append(one)
+            else:
+                rest.append(one)
+        return [*rest, *cohorts.values(), *many]
 
 
 class Peer:
@@ -113,7 +123,9 @@ class Peer:
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
         self._writer, self._digest = written.entry, written.digest
-        self._key, self.converter, self._inbox = key, converter, inbox
+        #: its key, with that of the fabric
+        self.full = key
+        self.converter, self._inbox = converter, inbox
         #: whether its reader reads the value of this tick
         self._earlier = written.entry.phase < phase
         #: tick of the value that the reader has
@@ -121,9 +133,12 @@ class Peer:
 
     def alike(self) -> object:
         """Return the same for all that one process writes at the same ticks."""
-        writer, port = self._writer, crowd_key(self._key)[0]
-        about = self._digest, self.have, writer.badge, writer.every, writer.since
-        return port, *about
+        return crowd_key(self.full)[0], self._writer.badge, self.rhythm()
+
+    def rhythm(self) -> object:
+        """Return the same for all of one schema that are due at the same ticks."""
+        writer = self._writer
+        return self._digest, self.have, self._earlier, writer.every, writer.since
 
     def due(self, tick: Tick) -> int:
         """Return the tick of the value to read; 0 if the reader has it."""
@@ -135,7 +150,7 @@ class Peer:
         due = self.due(tick)
         if not due:
             return None
-        came = self._inbox.value(self._key, due, self._writer)
+        came = self._inbox.value(self.full, due, self._writer)
         if came is None:
             raise Gone
         self.have = due
@@ -146,9 +161,36 @@ class Peer:
 
         due: 0 for none.
         """
-        if not due or self._inbox.value(self._key, due, self._writer) is None:
+        if not due or self._inbox.value(self.full, due, self._writer) is None:
             return None
-        return self._inbox.membership.crowd(self._key, due)
+        return self._inbox.membership.crowd(self.full, due)
+
+
+class Cohort:
+    """Agents of other processes, all of one schema, that are due at the same ticks."""
+
+    key = label = ""
+    entry: Entry | None = None
+
+    def __init__(self, waiting: Waiting, inbox: Inbox):
+        self._waiting, self._inbox, self.peers = waiting, inbox, list[Peer]()
+
+    def take(self, tick: Tick) -> None:
+        """Put aside the payloads that are due, waiting for those that are late."""
+        due = self.peers[0].due(tick)
+        if not due:
+            return
+        value, waiting = self._inbox.membership.value, self._waiting
+        for one in self.peers:
+            if one.have == due:
+                continue
+            if (came := value(one.full, due)) is None:
+                with suppress(Gone):
+                    one.take(tick)
+            else:
+                one.have = due
+                waiting.keys.append(one.key)
+                waiting.payloads.append(came.payload)
 
 
 class Together:

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ WORLD = "world"
 POSES = "tf"
 _LINE = "=" * 80
 #: robots. The poses of as many are done sooner in plain Python than as arrays.
-FEW = 4
+FEW = 16
 #: of the numbers of a point
 FLOAT32 = 7
 #: bytes of a point
@@ -101,6 +102,8 @@ uint8 datatype
 uint32 count
 {_HEADER}""",
 )
+#: reads x, y and heading in a message
+Pose = Callable[[bytes], tuple[float, float, float]]
 #: by robot, the rays of its distance sensors: x, y, z, direction, reach (7,)
 Rays = Mapping[str, Mapping[str, Sequence[float]]]
 
@@ -201,14 +204,13 @@ class _Form:
         }
         #: of few robots: key, where the message has its pose, and where this one has
         #: its stamp and its pose
-        self._each: list[tuple[str, list[int], int, int]] = []
+        self._each: list[tuple[str, Pose, int, int]] = []
         few = schemas if len(schemas) <= FEW else ()
         for key, begin in zip(few, stamps, strict=False):
             layout: Any = cdr(schemas[key]).layout
             keys, places = groups[layout]
-            pose = [layout.fields[path][1] for path in ("x", "y", "heading")]
             at = 8 * places[keys.index(key)] + 4
-            self._each.append((key, pose, 4 * begin, at))
+            self._each.append((key, _pose(layout), 4 * begin, at))
 
     def filled(self, messages: Batch, time: int) -> bytes:
         """Return the message with the poses of these messages, at a time [ns]."""
@@ -227,11 +229,24 @@ class _Form:
 
     def _fill(self, data: bytearray, messages: Batch, time: int) -> None:
         stamp = divmod(time, 10**9)
-        for key, places, begin, at in self._each:
+        for key, pose, begin, at in self._each:
             _STAMP.pack_into(data, begin, *stamp)
-            message = messages[key]
-            x, y, heading = (_REAL.unpack_from(message, place)[0] for place in places)
+            x, y, heading = pose(messages[key])
             _POSE.pack_into(data, at, x, y, 0, 0, 0, *sincos(heading / 2))
+
+
+@cache
+def _pose(layout: np.dtype[Any]) -> Pose:
+    """Return what reads x, y and heading in a message of this layout."""
+    fields: Any = layout.fields
+    places = {path: fields[path][1] for path in ("x", "y", "heading")}
+    form, end = "<", 0
+    for path in sorted(places, key=places.__getitem__):
+        form += f"{places[path] - end}xd"
+        end = places[path] + 8
+    unpack, order = struct.Struct(form).unpack_from, sorted(places.values())
+    which = itemgetter(*(order.index(place) for place in places.values()))
+    return lambda message: which(unpack(message))
 
 
 class Picture:
