@@ -34,6 +34,7 @@ class Kind:
 
     obeys: what they are told now, by an emulator.  told: all that they ever were, which
     is kept in lists and dicts: `kept`.
+    history: what they were told, one after the other, where no device stops by itself.
     counted: how many packets its driver says were lost or damaged.
     guarded: whether the device stops by itself, where it hears nobody.
     """
@@ -46,6 +47,7 @@ class Kind:
     told: Callable[[Any], set[int]]
     kept: Callable[[Any], list[Any]]
     stands: tuple[int, int] = (0, 0)
+    history: Callable[[Any], list[tuple[int, int]]] = lambda emulator: []
     counted: Callable[[Any], int] = lambda robot: robot.figures()["rejected"]
     guarded: bool = False
     at_port: bool = True
@@ -93,6 +95,7 @@ KINDS = {
         lambda emulator: (emulator.device.body.left, emulator.device.body.right),
         lambda emulator: {speed for both in driven(emulator) for speed in both},
         lambda emulator: [emulator.device.interface.done],
+        history=driven,
     ),
     "dynabot": Kind(
         combine(Dynabot, Wheels),
@@ -118,6 +121,7 @@ KINDS = {
         lambda emulator: {angle for both in emulator.device.driven for angle in both},
         lambda emulator: [],
         stands=(90, 90),
+        history=lambda emulator: emulator.device.driven,
         at_port=False,
     ),
 }

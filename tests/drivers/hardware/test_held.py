@@ -91,8 +91,9 @@ def test_the_process_that_holds_its_port_is_killed(name: str, tmp_path: Path) ->
         tasks = Path(f"/proc/{process.pid}/task")
         children = [p.read_text("ascii").split() for p in tasks.glob("*/children")]
         (holder,) = (int(pid) for pids in children for pid in pids)
-        begun = time.monotonic()
+        stood, begun = kind.history(emulator).count(kind.stands), time.monotonic()
         os.kill(holder, signal.SIGKILL)
-        until(lambda: kind.obeys(emulator) == kind.stands)
+        # On a busy machine it may stand for less than the time between two looks.
+        until(lambda: kind.history(emulator).count(kind.stands) > stood)
         assert time.monotonic() - begun < LIMIT + BUSY
         until(lambda: goes(kind, emulator))

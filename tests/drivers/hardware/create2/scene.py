@@ -64,14 +64,14 @@ def wheels(emulator: Emulator[Create2Device]) -> tuple[int, int]:
     return emulator.device.body.left, emulator.device.body.right
 
 
-def driven(emulator: Emulator[Create2Device]) -> set[tuple[int, int]]:
-    """All that it ever obeyed: left, right, mm/s."""
-    found = set()
+def driven(emulator: Emulator[Create2Device]) -> list[tuple[int, int]]:
+    """All that it ever obeyed, in its order: left, right, mm/s."""
+    found = []
     for op, data in list(emulator.device.interface.done):
         if op is Op.DRIVE_DIRECT:
             right, left = (
                 int.from_bytes(half, "big", signed=True)
                 for half in (data[:2], data[2:])
             )
-            found.add((left, right))
+            found.append((left, right))
     return found
