@@ -13,7 +13,7 @@ FROZEN = "and one that is frozen"
 TEXT = """Kinematic Woodbots at 50 Hz of real time, in one host. Browsers without
 pictures, in a process of their own, take 30 frames a second. *CPU* and *memory* are
 those of the server's process. *A plain server* of the library `websockets` sends frames
-of the same size to as many clients, without a fabric. More than 100 robots of a host
+of the same size to as many clients, without a fabric. More than 16 robots of a host
 are a crowd, whose states come in one message. *Behind* is how many frames one browser
 got less than another. A frozen browser takes no frame from the begin of the measurement
 on, and *grown* is what the server's memory gains from then on."""
