@@ -15,7 +15,7 @@ from rems_net.gym.fabric import OnFabric
 from rems_net.gym.library import Env
 from rems_net.gym.offered import Starts
 from rems_net.gym.spaces import Layout
-from rems_net.gym.task import Moment, Names, Task
+from rems_net.gym.task import Moment, Names, Task, judges
 
 #: The place where an environment's robots act.
 Stage = Direct | OnFabric
@@ -125,7 +125,7 @@ class RobotEnv(Env[Any, Any]):
         self._acted: list[DefDict] = []
         self._seen: list[DefDict] = []
         self._now: Moment | None = None
-        self._task = None if type(given.task) is Task else given.task
+        self._task = given.task if judges(given.task) else None
 
     @taught(ExperimentError)
     def reset(

@@ -232,8 +232,11 @@ class Written(Task):
 
     def __init__(self, reward: str, ends: str, names: Names, start: Task):
         self._reward = _compiled(reward or "0", names, "reward")
-        self._ends = _compiled(ends or "0 > 1", names, "ends")
         self.start = start.start  # type: ignore[method-assign]
+        if ends:
+            self._ends = _compiled(ends, names, "ends")
+        else:
+            self.ends = super().ends  # type: ignore[method-assign]
 
     def reward(self, now: Moment, before: Moment) -> Any:
         """Return the value of the expression, in SI units."""
@@ -281,8 +284,8 @@ def _task(
                 )
         return made
     begins = Drawn(start or {}, ports.starts)
-    if not (reward or ends or start):
-        return Task()
+    if not (reward or ends):
+        return begins
     schemas: dict[str, Schema] = {**ports.observe, **ports.act}
     return Written(reward, ends, Names(schemas), begins)
 

@@ -33,6 +33,12 @@ class Task:
         return {}
 
 
+def judges(task: Task) -> bool:
+    """Return whether it has rewards or ends of its own; else nothing is computed."""
+    own = type(task)
+    return own.reward is not Task.reward or own.ends is not Task.ends
+
+
 class Drawn(Task):
     """A task whose start is drawn from ranges such as {"robot/sim.x": "-10..10 cm"}."""
 
