@@ -108,7 +108,7 @@ def seen(robots: int, seconds: float) -> dict[str, Any]:
         tab.go(link)
         tab.until(f"rems.arena.robots().length === {robots}")
         ready = time.monotonic() - begun
-        time.sleep(1)
+        tab.until(f"rems.cost.frames > {RATE}")  # drawn often, so all is compiled
         cost = "[rems.cost.frames, rems.cost.ms, performance.now()]"
         before = tab.run(cost)
         time.sleep(seconds)

@@ -231,20 +231,17 @@ class Written(Task):
     """A task of expressions."""
 
     def __init__(self, reward: str, ends: str, names: Names, start: Task):
-        self._reward = _compiled(reward or "0", names, "reward")
+        self._reward = _compiled(reward, names, "reward") if reward else None
+        self._ends = _compiled(ends, names, "ends") if ends else None
         self.start = start.start  # type: ignore[method-assign]
-        if ends:
-            self._ends = _compiled(ends, names, "ends")
-        else:
-            self.ends = super().ends  # type: ignore[method-assign]
 
     def reward(self, now: Moment, before: Moment) -> Any:
         """Return the value of the expression, in SI units."""
-        return self._reward(now, before)
+        return self._reward(now, before) if self._reward else 0.0
 
     def ends(self, now: Moment) -> Any:
         """Return the value of the expression."""
-        return self._ends(now, now)
+        return self._ends(now, now) if self._ends else False
 
 
 def _compiled(text: str, names: Names, what: str) -> Value:

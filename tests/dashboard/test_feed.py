@@ -61,8 +61,8 @@ def test_viewers_see_each_robot_of_a_crowd(tmp_path: Path) -> None:
                 if one.key.endswith(("r3/state", f"r{CROWD}/state"))
             }
 
-        until(lambda: len(known()) == 2)
-        assert len(ports.channels) == 1 + 3 * (CROWD + 1)
+        until(lambda: known() and len(ports.channels) == 1 + 3 * (CROWD + 1))
+        assert len(known()) == 2
         ports.want(wanted := known())
         until(lambda: ports.drain().keys() >= wanted)
         ports.close()

@@ -19,7 +19,8 @@ from rems_net.router.message import pack_stamp
 from rems_net.router.publisher import Member, Publisher, Puts, Unseen
 from rems_net.router.session import Session
 
-#: Number of agents. Above it, a host publishes and answers for all of a kind at once.
+#: Number of agents. Above it, a host publishes and answers for all of a kind at once:
+#: of 30 robots, a page's server takes 3.5 % of a core so, and 5.4 % one by one.
 CROWD = 16
 #: Ticks. If more ticks wait here, one `done` is for as many as this: for half of what
 #: the clock may be ahead, so that it sends the next ones before the last is done.

@@ -5,7 +5,7 @@ from contextlib import suppress
 from functools import cached_property
 from operator import itemgetter
 
-from rems_net.agents.about.payloads import MANY, Later, Waiting
+from rems_net.agents.about.payloads import MANY, Later
 from rems_net.agents.about.wiring import Entry, Written, names_all
 from rems_net.agents.agent import Agent
 from rems_net.agents.host.inbox import Inbox
@@ -89,24 +89,22 @@ class Others:
 
     def together(self, sources: Sequence[Source]) -> list[Source]:
         """Return the sources; those whose payloads may come at once are one."""
-        alike: dict[object, Together] = {}
+        alike: dict[object, list[Peer]] = {}
+        made: list[Source] = []
         for one in sources:
             if isinstance(one, Peer) and isinstance(one.converter, Later):
-                known = alike.setdefault(one.alike(), Together(one.converter.waiting))
-                known.peers.append(one)
-        many = [some for some in alike.values() if len(some.peers) >= MANY]
-        grouped = {id(one) for some in many for one in some.peers}
-        # The others of one schema and rhythm are looked through in one go.
-        cohorts: dict[object, Cohort] = {}
-        rest: list[Source] = []
-        for one in sources:
-            if isinstance(one, Peer) and isinstance(one.converter, Later):
-                if id(one) not in grouped:
-                    made = Cohort(one.converter.waiting, self._inbox)
-                    cohorts.setdefault(one.rhythm(), made).peers.append(one)
+                alike.setdefault(one.alike(), []).append(one)
             else:
-                rest.append(one)
-        return [*rest, *cohorts.values(), *many]
+                made.append(one)
+        cohorts: dict[object, Cohort] = {}
+        for peers in alike.values():
+            if len(peers) >= MANY:
+                made.append(Together(peers, self._inbox))
+            elif (rhythm := peers[0].rhythm()) in cohorts:
+                cohorts[rhythm].peers += peers
+            else:
+                cohorts[rhythm] = Cohort(peers, self._inbox)
+        return [*made, *cohorts.values()]
 
 
 class Peer:
@@ -172,8 +170,11 @@ class Cohort:
     key = label = ""
     entry: Entry | None = None
 
-    def __init__(self, waiting: Waiting, inbox: Inbox):
-        self._waiting, self._inbox, self.peers = waiting, inbox, list[Peer]()
+    def __init__(self, peers: list[Peer], inbox: Inbox):
+        self.peers, self._inbox = peers, inbox
+        converter = peers[0].converter
+        assert isinstance(converter, Later)
+        self._waiting = converter.waiting
 
     def take(self, tick: Tick) -> None:
         """Put aside the payloads that are due, waiting for those that are late."""
@@ -193,17 +194,12 @@ class Cohort:
                 waiting.payloads.append(came.payload)
 
 
-class Together:
-    """Agents of one process whose payloads can be taken from one message."""
+class Together(Cohort):
+    """Those of one process, whose payloads can be taken from one message."""
 
-    key = label = ""
-    entry: Entry | None = None
-
-    def __init__(self, waiting: Waiting):
-        self._waiting, self.peers = waiting, list[Peer]()
-        #: the places of their payloads in messages with `_where`, if all are there
-        self._places: Callable[[Sequence[bytes]], tuple[bytes, ...]] | None = None
-        self._where: Mapping[str, int] = {}
+    #: the places of their payloads in messages with `_where`, if all are there
+    _places: Callable[[Sequence[bytes]], tuple[bytes, ...]] | None = None
+    _where: Mapping[str, int] = {}
 
     @cached_property
     def _keys(self) -> list[str]:
@@ -218,9 +214,7 @@ class Together:
             places = [some.where.get(key.split("/")[1]) for key in self._keys]
             self._places = None if None in places else itemgetter(*places)
         if some is None or self._places is None:
-            for one in self.peers:
-                with suppress(Gone):
-                    one.take(tick)
+            super().take(tick)
             return
         for one in self.peers:
             one.have = due

@@ -244,11 +244,9 @@ class McapFile:
         wanted = [self.channels[key].id for key in keys]
         with self.readable(), self.path.open("rb") as file:
             for chunk in self.chunks:
-                some = self._some(file, chunk, *wanted)
                 n, time, found = -1, 0, dict[str, bytes]()
-                for channel, tick, log, message in (
-                    some if keys else self._all(file, chunk)
-                ):
+                every = self._some(file, chunk, *wanted) if keys else None
+                for channel, tick, log, message in every or self._all(file, chunk):
                     if tick != n and found:
                         yield n, time, found
                         found = {}

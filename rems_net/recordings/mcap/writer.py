@@ -31,8 +31,8 @@ FILE = "run.mcap"
 LIBRARY = "rems_net"
 #: what kind of file it is; programs for ROS 2 open no other
 PROFILE = "ros2"
-#: bytes. A chunk with so many is closed, if it has so many for each channel, too. A
-#: killed process loses at most these, or a tick if that is more.
+#: bytes. A chunk is closed once it has FULL, and EACH for every channel. A killed
+#: process loses at most these, or a tick if that is more.
 FULL, EACH = 1 << 20, 1 << 12
 #: ns. A chunk never goes beyond the end of a second.
 SECOND = 1_000_000_000

@@ -34,7 +34,7 @@ class Kind:
 
     obeys: what they are told now, by an emulator.  told: all that they ever were, which
     is kept in lists and dicts: `kept`.
-    history: what they were told, one after the other, where no device stops by itself.
+    history: all commands of its wheels, oldest first; none if the device is guarded.
     counted: how many packets its driver says were lost or damaged.
     guarded: whether the device stops by itself, where it hears nobody.
     """
