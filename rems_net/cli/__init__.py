@@ -82,6 +82,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         if argv is None:
             # A second Ctrl+C now would print Python's traceback.
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+            try:
+                sys.stdout.flush()
+            except OSError:
+                drop_output()  # the terminal's window was closed
         return INTERRUPTED
     except BrokenPipeError:
         drop_output()  # the reader (`| head`) has gone
@@ -107,7 +111,10 @@ def _terminate(signum: int, frame: FrameType | None) -> None:
 
 
 def _fail(status: int, sentence: str) -> int:
-    print(f"rems: {sentence}", file=sys.stderr, flush=True)
+    try:
+        print(f"rems: {sentence}", file=sys.stderr, flush=True)
+    except OSError:
+        drop_output(sys.stderr)  # the terminal's window was closed
     return status
 
 

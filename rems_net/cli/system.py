@@ -4,6 +4,7 @@ import errno
 import os
 import sys
 from pathlib import Path
+from typing import TextIO
 
 #: the standard streams, in the order of their numbers
 STREAMS = ("stdin", "stdout", "stderr")
@@ -32,9 +33,9 @@ def mend_streams() -> None:
         reconfigure(errors="backslashreplace")
 
 
-def drop_output() -> None:
+def drop_output(stream: TextIO | None = None) -> None:
     """Discard the output, so that Python's own flush at exit does not complain."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
 
 
 def refusal(error: OSError) -> str:
