@@ -21,6 +21,9 @@ from websockets.sync.client import ClientConnection, connect
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
 #: s. A page shows what is waited for within this time, also on a busy machine.
 TIMEOUT = 30.0
+#: No pings: their thread uses `random` meanwhile, and hypothesis, which counts on its
+#: numbers, would call any test in this process flaky.
+SOCKET: dict[str, Any] = {"max_size": None, "compression": None, "ping_interval": None}
 
 
 class Browser:
@@ -57,7 +60,7 @@ class Browser:
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         host, port = self._socket.remote_address[:2]
         url = f"ws://{host}:{port}/devtools/page/{target}"
-        with connect(url, max_size=None, compression=None) as socket:
+        with connect(url, **SOCKET) as socket:
             yield Browser(socket, self.process)
 
     def wait(self, seconds: float) -> None:
@@ -196,7 +199,7 @@ def _tab(port: str, process: subprocess.Popen[str]) -> Iterator[Browser]:
     with urlopen(f"http://{port}/json/list") as answer:
         tabs = json.loads(answer.read())
     url = next(one["webSocketDebuggerUrl"] for one in tabs if one["type"] == "page")
-    with connect(url, max_size=None, compression=None) as socket:
+    with connect(url, **SOCKET) as socket:
         yield Browser(socket, process)
 
 
