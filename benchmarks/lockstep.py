@@ -24,9 +24,9 @@ TARGETS = {RAW: 0.7, "dora-rs": 1.3, "Ray": 5.0}
 TEXT = """The clock sends a tick, and each of N agents, a process each, answers with a
 state of four numbers, at a key of its own. All but the first column have a barrier:
 they send a tick when all have answered the one before. rems_net does so `with a
-barrier` (`on_failure="drop"`); else its clock may be 8 ticks ahead ([how](../time.md)).
-`raw zenoh` is zenoh-python and msgpack only; `two subscribers` has two in the ticking
-process, as rems_net does. Median ticks per second:"""
+barrier` (`on_failure="drop"`); else its clock may be 16 ticks ahead
+([how](../time.md)). `raw zenoh` is zenoh-python and msgpack only; `two subscribers` has
+two in the ticking process, as rems_net does. Median ticks per second:"""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:

@@ -66,9 +66,8 @@ def unpack(payload: bytes, *, longest_list: int, largest_map: int) -> Any:
     return unpacker(longest_list, largest_map, object_pairs_hook=_pairs)(payload)
 
 
-def unpack_short(payload: bytes) -> Any:
-    """Decode one short object: its size is bounded by its payload's."""
-    return _unpackb(payload)
+#: Decodes one short object: its size is bounded by its payload's.
+unpack_short = _unpackb
 
 
 def _pairs(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:

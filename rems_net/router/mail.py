@@ -24,6 +24,8 @@ MAX_LETTERS = 50_000
 #: s. Interval in which mailboxes are checked for too many letters.
 BETWEEN = 0.5
 
+Sample = zenoh.Sample
+
 _ENCODING = "application/msgpack"
 
 
@@ -184,9 +186,7 @@ class Mailbox:
         except Empty:
             return None
         # Samples are filed raw: the callback holds Zenoh's thread and the GIL.
-        if type(item) is zenoh.Sample:
-            return Mail(item)
-        return item
+        return Mail(item) if type(item) is Sample else item
 
     def letters(self, most: int) -> Iterator[Letter]:
         """Yield the letters that are here, oldest first, at most so many."""
@@ -200,7 +200,7 @@ class Mailbox:
         """Yield the letters that are mail with these keys, up to the first other."""
         if self._held is not None:
             return
-        get, sample = self._queue.get_nowait, zenoh.Sample
+        get, sample = self._queue.get_nowait, Sample
         with suppress(Empty):
             while True:
                 letter = get()

@@ -61,10 +61,8 @@ class Dispatcher:
         if letter is None:
             return False
         self._take(letter)
-        for _ in range(TOGETHER):
-            if self._box.empty():
-                break
-            self._take(self._box.get(0.0))
+        for letter in self._box.letters(TOGETHER):
+            self._take(letter)
         return True
 
     def _take(self, letter: Letter | None) -> None:

@@ -2,7 +2,7 @@
 
 #: Ticks that a fast clock may be ahead of its slowest host. Values carry their ticks,
 #: so they are still read in order, and no host waits for the clock.
-AHEAD = 8
+AHEAD = 16
 #: s. Time to admit one agent, of which a host may have thousands.
 JOIN_TIME_EACH = 0.02
 #: s. Time for hosts to join, counted from the last one that did; and for those that

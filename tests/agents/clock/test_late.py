@@ -16,6 +16,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.pacing import Pacing
+from rems_net.agents.protocol.limits import AHEAD
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from tests.agents.bringing import bring
@@ -41,11 +42,11 @@ def stays(what: Callable[[], object], seconds: float = 0.3) -> bool:
     ("dt", "pace", "late", "ahead"),
     [
         (0.001, 1.0, 0.0005, 1),  # in time: one by one
-        (0.001, 1.0, 0.002, 8),
+        (0.001, 1.0, 0.002, AHEAD),
         (0.02, 1.0, 0.03, 5),  # 0.1 s of ticks
         (0.1, 1.0, 0.15, 1),
-        (0.1, 100.0, 0.01, 8),
-        (0.1, 0.0, 0.0, 8),
+        (0.1, 100.0, 0.01, AHEAD),
+        (0.1, 0.0, 0.0, AHEAD),
     ],
 )
 def test_ticks_that_are_due_are_sent_together(
@@ -57,7 +58,7 @@ def test_ticks_that_are_due_are_sent_together(
     pacing._anchor -= dt / pace + late if pace else 0.0  # tick 1 is late
     assert pacing.ahead() == ahead
     pacing.pause()
-    assert pacing.ahead() == (1 if pace else 8)
+    assert pacing.ahead() == (1 if pace else AHEAD)
 
 
 #: a tick, and two moments between which it was the newest
