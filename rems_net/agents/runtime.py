@@ -144,9 +144,7 @@ class Runtime:
         age, max_age: seconds, of fabric time in a model, of wall time in a device's
         thread. An age that is no number is too old.
         """
-        # `held`, without a call: each robot asks at each tick
-        held = self.stopped or (self.guard is not None and self.guard.stopped)
-        return held or not age <= max_age
+        return self.held or not age <= max_age
 
     def command_age(self, tick: Tick, port: str = "command") -> float:
         """Return the age of its command as the step begins [s]; 0 if it has none.

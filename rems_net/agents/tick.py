@@ -55,11 +55,10 @@ def time_of(n: int, dt: float) -> float:
 
     Three steps of 0.1 s end at 0.3 s; the product of floats is 0.30000000000000004.
     """
-    p, q = fraction(dt)
+    p, q = _decimal(dt)
     return n * p / q  # Python divides whole numbers with correct rounding
 
 
 @lru_cache(maxsize=64)
-def fraction(dt: float) -> tuple[int, int]:
-    """Return p and q of dt = p / q, as the decimal it is written as."""
+def _decimal(dt: float) -> tuple[int, int]:
     return Fraction(repr(dt)).as_integer_ratio()

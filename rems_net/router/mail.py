@@ -24,8 +24,6 @@ MAX_LETTERS = 50_000
 #: s. Interval in which mailboxes are checked for too many letters.
 BETWEEN = 0.5
 
-Sample = zenoh.Sample
-
 _ENCODING = "application/msgpack"
 
 
@@ -186,7 +184,9 @@ class Mailbox:
         except Empty:
             return None
         # Samples are filed raw: the callback holds Zenoh's thread and the GIL.
-        return Mail(item) if type(item) is Sample else item
+        if type(item) is zenoh.Sample:
+            return Mail(item)
+        return item
 
     def letters(self, most: int) -> Iterator[Letter]:
         """Yield the letters that are here, oldest first, at most so many."""
@@ -200,7 +200,7 @@ class Mailbox:
         """Yield the letters that are mail with these keys, up to the first other."""
         if self._held is not None:
             return
-        get, sample = self._queue.get_nowait, Sample
+        get, sample = self._queue.get_nowait, zenoh.Sample
         with suppress(Empty):
             while True:
                 letter = get()

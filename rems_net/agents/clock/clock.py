@@ -183,8 +183,6 @@ class Clock:
 
     def _await_done(self, n: int) -> None:
         """Wait until every member has done tick n, and so all before."""
-        if self._progress.advance(n) >= n:
-            return
         begun = said = told = ended = now = time.monotonic()
         progress = self._progress
         while progress.advance(n) < n:

@@ -143,11 +143,6 @@ class Guard:
         self._lost = None if alive else (self._lost or wall())
 
     @property
-    def sees(self) -> bool:
-        """Whether the clock is in sight."""
-        return self._lost is None
-
-    @property
     def lost(self) -> float:
         """Seconds for which the clock has been out of sight; 0 while it is here."""
         return 0.0 if self._lost is None else wall() - self._lost

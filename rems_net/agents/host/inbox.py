@@ -133,10 +133,8 @@ class Inbox:
         Raises Released or Orphaned, from the letter.
         """
         letter = self.box.get(timeout)
-        if letter is None:
-            return False
         self.take(letter)
-        return True
+        return letter is not None
 
     def take(self, letter: Letter | None) -> None:
         """Sort this letter. Raises Released or Orphaned, from the letter."""
@@ -166,7 +164,7 @@ class Inbox:
         if key == self._step_tick_key or key == self._tick_key:
             beat = read_beat(mail.payload)
             membership.hear_beat(beat)
-            if beat.run == membership.run and not self.guard.sees:
+            if beat.run == membership.run:
                 self.guard.see(True)
         elif key in (self._step_roster_key, self._roster_key):
             membership.hear_roster(Roster.from_wire(mail.payload))
@@ -266,8 +264,6 @@ class Inbox:
         """Sort one letter, and check on the clock while it is out of sight."""
         if self.box.empty():
             self.settle()
-        if self.guard.sees and self._sighted and not self._missed:  # as nearly always
-            return self.read(timeout)
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK

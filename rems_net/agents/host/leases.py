@@ -97,7 +97,7 @@ class Leases:
 
     def look(self) -> None:
         """End the leases that were not renewed."""
-        for robot, lease in [*self._leases.items()] if self._leases else ():
+        for robot, lease in [*self._leases.items()]:
             if lease.until < wall():
                 self._end(robot, "it was not asked for again in time")
 

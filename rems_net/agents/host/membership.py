@@ -12,7 +12,7 @@ from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, Beat
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.shapes import wrong
-from rems_net.agents.tick import fraction
+from rems_net.agents.tick import time_of
 from rems_net.errors import WireError
 from rems_net.router.keys import ALL, STEP, crowd_key, plain_key
 from rems_net.router.mail import Mail
@@ -72,7 +72,6 @@ class Membership:
     ):
         self._fabric, self._host = fabric, host
         self.badge, self.dt = admission.badge, admission.dt
-        self._p, self._q = fraction(self.dt)
         self.run = run_of(admission.badge)
         self.rates, self._told, self._check = rates, told, check
         #: Ticks. A stamp may be ahead of the newest tick received here by this much.
@@ -110,11 +109,11 @@ class Membership:
 
     def hear_beat(self, beat: Beat) -> None:
         """Take in a tick; ignore one of another run. Raises WireError."""
-        run, tick, _ = beat
-        if run != self.run:
+        tick = beat.tick
+        if beat.run != self.run:
             return
-        n, t, dt = tick[:3]
-        if dt != self.dt or t != n * self._p / self._q:  # as `time_of`, without a call
+        n = tick.n
+        if tick.dt != self.dt or tick.t != time_of(n, tick.dt):
             raise WireError(
                 f"tick {tick.n} is at {tick.t:g} s, in steps of {tick.dt:g} s; "
                 f"expected steps of {self.dt:g} s. (R0621)"

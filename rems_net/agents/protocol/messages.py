@@ -60,7 +60,7 @@ def read_beat(payload: bytes) -> Beat:
             and 0 <= epoch <= LAST_TICK
             and 0 <= stops <= LAST_TICK
         ):
-            return Beat(run, tuple.__new__(Tick, words[1:6]), stops)
+            return Beat(run, Tick(n, t, dt, pace, epoch), stops)
     raise WireError(
         f"it is {words!r:.80}; expected a tick: [run, n, t, dt, pace, epoch, stops]."
         " (R0621)"
