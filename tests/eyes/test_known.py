@@ -85,6 +85,7 @@ def test_a_printer_at_97_percent_is_noticed_by_the_distances() -> None:
     assert "97% of the 41 mm" in texts[0]
 
 
+@pytest.mark.slow  # of time: another processor would make it fail
 def test_a_picture_costs_less_than_15_ms_of_one_core() -> None:
     with plates(Mujoco, OVER) as made:
         made.put(scattered(np.random.default_rng(2), 6, (0.28, 0.38)))
