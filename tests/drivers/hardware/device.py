@@ -99,6 +99,7 @@ class Firmware:
         """Live until the standard input ends."""
         words = sys.stdin.fileno()
         while True:
+            self.awake()  # or it had a pause at the end of the last round
             self.looked = now = time.monotonic()
             plugged = not self.away_until
             if not plugged and now > self.away_until:
