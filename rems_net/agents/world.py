@@ -15,7 +15,6 @@ from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.bodies.arena import Arena
 from rems_net.bodies.body import Embodied, Ray, Switch
-from rems_net.bodies.files.built import built
 from rems_net.defdict import DefDict, Schema, array, length, many, text
 from rems_net.errors import SchemaError
 from rems_net.events import warn
@@ -214,6 +213,9 @@ class World(Agent):
 
 def _ghost(said: DefDict, folder: Path) -> tuple[Ghost, Schema]:
     """Return a ghost, and the schema of its rays and switches. Raises RemsError."""
+    # Imported here: each process of a run would load the readers of robots' files.
+    from rems_net.bodies.files.built import built
+
     name = said["name"]
     made: Any = registry.load(said["definition"], folder)
     robot: Robot = made(name)
