@@ -107,10 +107,12 @@ def test_the_same_bytes_in_the_engine_in_one_host_and_in_many(tmp_path: Path) ->
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_five_times_in_a_process_for_each(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """tests/agents/test_determinism.py does it once, and compares all files."""
     reference = record(carts(), tmp_path / "engine", direct=True)
     monkeypatch.setenv("PARTS_SLEEP", "0.005")
     for i in range(5):
