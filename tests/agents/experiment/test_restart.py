@@ -25,24 +25,29 @@ WAYS = {
 
 
 def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experiment:
-    """Who crashes: "" for nobody, else how."""
+    """Who crashes: "" for nobody, else how; the others share a process.
+
+    Where the run is recorded, they do not.
+    """
     given = {"times": more.pop("times", 1)}
     restart = more.pop("restart", 2)
-    made = Experiment("again", **{"dt": 0.1, "duration": 2, "folder": PARTS, **more})
+    usual: dict[str, Any] = {"dt": 0.1, "duration": 2, "folder": PARTS, "record": False}
+    made = Experiment("again", **usual | more)
 
-    def options(how: str) -> dict[str, Any]:
-        return {"how": how} | (given if how else {"times": 0})
+    def way(how: str) -> dict[str, Any]:
+        options = {"how": how} | (given if how else {"times": 0})
+        host = {} if how or made.record else {"host": "rest"}
+        return {"options": options, "restart": restart, **host}
 
-    made.input("stick", f"{CRASHING}:Stick", restart=restart, options=options(stick))
+    made.input("stick", f"{CRASHING}:Stick", **way(stick))
     made.robot(
         "cart",
         "parts.py:Cart",
         f"{CRASHING}:Wheel",
         command="input/stick",
-        options=options(wheel),
-        restart=restart,
+        **way(wheel),
     )
-    made.output("csv", f"{CRASHING}:Writes", restart=restart, options=options(log))
+    made.output("csv", f"{CRASHING}:Writes", **way(log))
     return made
 
 
@@ -56,7 +61,8 @@ def rows(path: Path) -> list[list[float]]:
 @pytest.mark.parametrize("how", WAYS)
 def test_an_input_is_started_again(tmp_path: Path, how: str) -> None:
     told = Told()
-    made = lab(stick=how).run(tmp_path / "out", show=told)
+    record = how == "kill"
+    made = lab(stick=how, record=record).run(tmp_path / "out", show=told)
     assert made.ticks == 20
     (line,) = told.of("crashed")
     sentence = rf"input/stick crashed at tick 5 \({WAYS[how]}\); "
@@ -66,8 +72,8 @@ def test_an_input_is_started_again(tmp_path: Path, how: str) -> None:
     # The command stayed at tick 5, and is what the new one says from tick 6 on.
     turns = [row[2] for row in rows(tmp_path / "out/cart.csv")]
     assert turns == [0.0] * 5 + [0.1] * 15
-    if how == "kill":
-        lab(stick=how).run(tmp_path / "again", show=Told())
+    if record:
+        lab(stick=how, record=True).run(tmp_path / "again", show=Told())
         ours, again = (digest(tmp_path / name) for name in ("out", "again"))
         assert ours == again
 
@@ -82,7 +88,7 @@ def test_a_robot_begins_anew_and_its_tick_is_missing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("how", ["kill", "raise"])
 def test_an_output_goes_on_in_its_file(tmp_path: Path, how: str) -> None:
-    made = lab(log=how).run(tmp_path / "out", show=Told())
+    made = lab(log=how, record=True).run(tmp_path / "out", show=Told())
     assert made.files == [tmp_path / "out/cart.csv", tmp_path / "out/run.mcap"]
     whole = lab(restart=0).run(tmp_path / "whole", direct=True)
     seen, all_of_it = rows(made.files[0]), rows(whole.files[0])
@@ -159,6 +165,7 @@ def away(tmp_path: Path, back: float, beside: Any) -> tuple[Told, str, str]:
         try:
             made = lab(pace=5.0, duration=60, wait={"back": back})
             made.plans["robot/cart"].machine = "b"
+            made.plans["robot/cart"].host = "robot/cart"
             made.run(tmp_path / "here", show=told)
         except AgentError as error:
             ended = str(error)
