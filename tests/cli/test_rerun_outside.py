@@ -168,14 +168,14 @@ def test_an_event_that_is_no_call(text: str) -> None:
 
 
 def test_a_call_half_way_by_another_process(
-    folder: Path, program: Run, start: Start, agents: Agents
+    folder: Path, program: Run, rems: Run, start: Start, agents: Agents
 ) -> None:
     """Each agent and the recorder in a process of its own."""
     (folder / "visited.py").write_bytes((PARTS / "visited.py").read_bytes())
     (folder / "lab.toml").write_text(LAB)
     running = start("run", "lab.toml")
     agents(10)
-    assert program("call", "robot/led", "reset").returncode == 0
+    assert rems("call", "robot/led", "reset").returncode == 0
     done = program("call", "robot/slow", "put", "2.5", "load=0.125")
     assert json.loads(done.stdout) == 2.5
     with join() as fabric:
@@ -183,7 +183,7 @@ def test_a_call_half_way_by_another_process(
         fabric.call("process/pilot", "shout", (3.0,), {})
     n = max(one["tick"] for one in agents())
     until(lambda: min(one["tick"] for one in agents()) > n + 10)
-    assert program("clock", "end").returncode == 0
+    assert rems("clock", "end").returncode == 0
     assert running.wait(20) == 0
     path = folder / "runs" / "visited" / "run.mcap"
     found = calls(path)
