@@ -31,12 +31,14 @@ STATE = pack({"x": 9.0, "y": 9.0, "heading": 0.0})
 
 
 def lab(seconds: float = 3.0) -> Experiment:
+    """Robots hear the input from another process, and an output hears a so, too."""
     made = Experiment("aimed_at", dt=0.02, duration=seconds, folder=PARTS)
     made.record = False  # a recording also has what was said of the attacks
     made.input("steady", "parts.py:Steady")
     for name in ("a", "b"):
         made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
     made.output("csv", "csv")
+    made.plans["output/csv"].host = "robot/b"
     return made
 
 
