@@ -54,7 +54,8 @@ def script(folder: Path, text: str, name: str = "weave.py") -> Path:
 def test_as_python_would_run_it(
     folder: Path, rems: Run, program: Run, end: str
 ) -> None:
-    script(folder, WEAVE + end)
+    """In a process for each agent, or with all of them in one."""
+    script(folder, (WEAVE if end == RUN else TOGETHER) + end)
     words = ("weave.py", "--", "fast", "--pace", "3")
     done = rems("run", "--direct", *words) if end == RUN else program("run", *words)
     assert (done.returncode, done.stderr) == (0, "")

@@ -216,8 +216,8 @@ SCRIPT = """
 from rems_net import Experiment
 
 lab = Experiment("lab", dt="0.1 s", duration="1 s")
-lab.robot("sim", "woodbot", "kinematic")
-lab.output("log", "csv")
+lab.robot("sim", "woodbot", "kinematic", host="one")
+lab.output("log", "csv", host="one")
 result = lab.run()
 print("x ends at", result["sim"]["state/x"][-1])
 """
