@@ -127,7 +127,8 @@ def test_physics_in_a_pinned_process(tmp_path: Path) -> None:
     again = rems(tmp_path, "rerun", "runs/lab")
     assert (again.returncode, again.stderr) == (0, ""), again
     assert SAME in again.stdout
-    done = rems(tmp_path, "run", "lab.toml", "--direct", "--native")
+    words = "run", "lab.toml", "--direct", "--native"
+    done = inside(*words, folder=tmp_path)
     assert done.returncode == 0, done
     native = rems(tmp_path, "rerun", "runs/lab")
     if sys.platform == "linux":  # nowhere else can a process be pinned
