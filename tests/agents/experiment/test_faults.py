@@ -28,7 +28,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
 
 
 def lab(how: str = "", kind: str = "wrong.py:Bad", **more: object) -> Experiment:
-    made = Experiment("faults", dt=0.1, duration=1, folder=PARTS)
+    made = Experiment("faults", dt=0.1, duration=1, folder=PARTS, record=False)
     options = {"how": how} if kind == "wrong.py:Bad" else {}
     made.input("stick", kind, options=options, **more)
     made.input("wave", "parts.py:Wave", host="rest")
