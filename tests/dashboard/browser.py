@@ -170,6 +170,8 @@ def browser(folder: Path, *more: str) -> Iterator[Browser]:
         *(program, "--headless", "--remote-debugging-port=0", "--disable-gpu"),
         *(f"--user-data-dir={folder / 'browser'}", "--no-first-run"),
         *("--disable-background-networking", "--disable-component-update"),
+        # Two pages below the line of addresses, which nobody sees: half of a start.
+        "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
         # WebGL without a graphics card.
         *(
             "--use-angle=swiftshader",
