@@ -8,9 +8,12 @@ from collections import Counter
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+if TYPE_CHECKING:
+    from tests.dashboard.browser import Chromium
 
 ROOT = Path(__file__).parents[1]
 
@@ -87,6 +90,15 @@ def _skipped(reporter: Any) -> Counter[str]:
         for report in reports
         if isinstance(report.longrepr, tuple)
     )
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Chromium]":
+    """The browser of this process: a start takes a second. Open tabs with `apart`."""
+    from tests.dashboard.browser import started
+
+    with started(tmp_path_factory.mktemp("chromium")) as made:
+        yield made
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 from websockets.sync.client import ClientConnection, connect
@@ -26,8 +27,8 @@ TIMEOUT = 30.0
 SOCKET: dict[str, Any] = {"max_size": None, "compression": None, "ping_interval": None}
 
 
-class Browser:
-    """One tab of a headless browser.
+class Chromium:
+    """A headless browser as a whole.
 
     process: of the browser, which leads a group of its own.
     """
@@ -35,12 +36,6 @@ class Browser:
     def __init__(self, socket: ClientConnection, process: subprocess.Popen[str]):
         self._socket, self.process = socket, process
         self._ids = itertools.count(1)
-        #: texts of errors in the page, and violations of its policy
-        self.errors: list[str] = []
-        #: what the page gave to bindings
-        self.called: deque[str] = deque()
-        for domain in ("Page", "Runtime", "Log"):
-            self.send(f"{domain}.enable")
 
     def send(self, method: str, **params: Any) -> Any:
         """Call a method of the protocol; return its result."""
@@ -54,14 +49,51 @@ class Browser:
                 return found["result"]
             self._note(found)
 
+    def _note(self, found: dict[str, Any]) -> None:
+        """Note what is reported unasked."""
+
     @contextmanager
-    def other(self) -> Iterator[Browser]:
-        """Open another tab of this browser, in front of this one."""
-        target = self.send("Target.createTarget", url="about:blank")["targetId"]
+    def apart(self) -> Iterator[Browser]:
+        """Open a tab in a window of its own, that shares nothing that pages store."""
+        made = self.send("Target.createBrowserContext")
+        try:
+            with self._opened(**made) as tab:
+                yield tab
+        finally:
+            self.send("Target.disposeBrowserContext", **made)
+
+    @contextmanager
+    def _opened(self, **more: Any) -> Iterator[Browser]:
+        made = self.send("Target.createTarget", url="about:blank", **more)
         host, port = self._socket.remote_address[:2]
-        url = f"ws://{host}:{port}/devtools/page/{target}"
+        url = f"ws://{host}:{port}/devtools/page/{made['targetId']}"
         with connect(url, **SOCKET) as socket:
             yield Browser(socket, self.process)
+
+
+class Browser(Chromium):
+    """One tab of a headless browser."""
+
+    def __init__(self, socket: ClientConnection, process: subprocess.Popen[str]):
+        super().__init__(socket, process)
+        #: texts of errors in the page, and violations of its policy
+        self.errors: list[str] = []
+        #: what the page gave to bindings
+        self.called: deque[str] = deque()
+        for domain in ("Page", "Runtime", "Log"):
+            self.send(f"{domain}.enable")
+
+    @contextmanager
+    def other(self) -> Iterator[Browser]:
+        """Open another tab of this window, in front of this one."""
+        with self._opened(browserContextId=self.context) as made:
+            yield made
+
+    @property
+    def context(self) -> str:
+        """What DevTools call the things that this tab shares with others."""
+        found = self.send("Target.getTargetInfo")["targetInfo"]
+        return str(found["browserContextId"])
 
     def wait(self, seconds: float) -> None:
         """Note what the page reports next, within so long."""
@@ -162,6 +194,18 @@ class Browser:
 
 @contextmanager
 def browser(folder: Path, *more: str) -> Iterator[Browser]:
+    """Start a browser of its own, with more words; yield its tab."""
+    with started(folder, *more) as made:
+        host, port = made._socket.remote_address[:2]
+        with urlopen(f"http://{host}:{port}/json/list") as answer:
+            tabs = json.loads(answer.read())
+        url = next(one["webSocketDebuggerUrl"] for one in tabs if one["type"] == "page")
+        with connect(url, **SOCKET) as socket:
+            yield Browser(socket, made.process)
+
+
+@contextmanager
+def started(folder: Path, *more: str) -> Iterator[Chromium]:
     """Start a headless browser, with more words. Skip the test if there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
@@ -188,27 +232,17 @@ def browser(folder: Path, *more: str) -> Iterator[Browser]:
     try:
         assert process.stderr is not None
         line = next(one for one in process.stderr if "DevTools listening" in one)
-        port = line.split("ws://")[1].split("/")[0]
-        yield from _tab(port, process)
+        with connect(line.split()[-1], **SOCKET) as socket:
+            yield Chromium(socket, process)
     finally:
         process.terminate()
         process.communicate()
 
 
-def _tab(port: str, process: subprocess.Popen[str]) -> Iterator[Browser]:
-    from urllib.request import urlopen
-
-    with urlopen(f"http://{port}/json/list") as answer:
-        tabs = json.loads(answer.read())
-    url = next(one["webSocketDebuggerUrl"] for one in tabs if one["type"] == "page")
-    with connect(url, **SOCKET) as socket:
-        yield Browser(socket, process)
-
-
 @contextmanager
-def page_at(link: str, folder: Path, ready: str) -> Iterator[Browser]:
+def page_at(link: str, chromium: Chromium, ready: str) -> Iterator[Browser]:
     """Open a page and wait until it is ready; at the end it must have no errors."""
-    with browser(folder) as made:
+    with chromium.apart() as made:
         made.size(1280, 800)
         made.go(link)
         made.until(ready)

@@ -15,7 +15,7 @@ from rems_net.bodies.tree import Tree
 from rems_net.robots.scaler import BEGIN, Scaler
 from tests.agents.runs import until
 from tests.commands import command, environment, link_of
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, Chromium, browser
 
 ROOM = """<mujoco>
   <asset><mesh name="roof" vertex="0 0 0  1 0 0  0 1 0  0 0 0.5"/></asset>
@@ -84,8 +84,8 @@ def link(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def tab(link: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("browser")) as made:
+def tab(link: str, chromium: Chromium) -> Iterator[Browser]:
+    with chromium.apart() as made:
         made.size(1280, 800)
         made.go(link)
         until(lambda: made.run("rems.arena.robots().length == 2"), 60)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from rems_net.client import Fabric, join
 from rems_net.client.driving import Driving
 from tests.agents.runs import until
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, Chromium
 from tests.dashboard.test_page import Lab
 
 KEYS = {"ArrowUp": 38, "ArrowLeft": 37, "KeyW": 87}
@@ -37,10 +36,10 @@ def here(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Fabric]
 
 
 @pytest.fixture
-def tab(lab: Lab, here: Fabric, tmp_path: Path) -> Iterator[Browser]:
+def tab(lab: Lab, here: Fabric, chromium: Chromium) -> Iterator[Browser]:
     """A page that drives robot/bot."""
     until(lambda: not here.drivers())
-    with browser(tmp_path / "browser") as made:
+    with chromium.apart() as made:
         made.size(1280, 800)
         made.go(lab.link)
         made.until(f"[...rems.drive.choice.options].some(o => o.value === '{BOT}')")

@@ -10,7 +10,7 @@ import pytest
 
 from rems_net.dashboard.door import FILES, TYPES, files
 from tests.commands import fetched
-from tests.dashboard.browser import browser
+from tests.dashboard.browser import Chromium
 from tests.dashboard.test_page import Lab
 
 CHECKED = {
@@ -52,12 +52,12 @@ def test_its_types_are_checked(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_everybody_can_use_it(tmp_path: Path) -> None:
+def test_everybody_can_use_it(tmp_path: Path, chromium: Chromium) -> None:
     """By axe-core: no serious finding, at every size, in light and dark."""
     axe = fetched(tmp_path / "npm", "axe-core") / "axe-core" / "axe.min.js"
     lab = Lab(tmp_path)
     try:
-        with browser(tmp_path) as tab:
+        with chromium.apart() as tab:
             tab.go(lab.link)
             tab.until("rems.store.ports.size > 2")
             tab.run(f"{axe.read_text(encoding='utf-8')}; 1")

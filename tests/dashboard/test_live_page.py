@@ -14,7 +14,7 @@ from rems_net.client import join
 from rems_net.recordings.mcap.reader import McapFile
 from tests.agents.runs import until
 from tests.dashboard import test_page
-from tests.dashboard.browser import Browser, page_at
+from tests.dashboard.browser import Browser, Chromium, page_at
 
 TUNED = Path(__file__).parents[1] / "engine"
 HOLDER = """
@@ -60,12 +60,9 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
 
 
 @pytest.fixture(scope="module")
-def tab(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    folder, ready = (
-        tmp_path_factory.mktemp("browser"),
-        "rems.store.ports.get('robot/cart/state')?.tick > 0",
-    )
-    with page_at(lab.link, folder, ready) as made:
+def tab(lab: Lab, chromium: Chromium) -> Iterator[Browser]:
+    ready = "rems.store.ports.get('robot/cart/state')?.tick > 0"
+    with page_at(lab.link, chromium, ready) as made:
         yield made
 
 
@@ -116,7 +113,8 @@ def test_a_slider_changes_a_setting_and_a_rerun_knows(lab: Lab, tab: Browser) ->
 def test_a_layout_is_saved_and_loaded(lab: Lab, tab: Browser) -> None:
     folder = lab.folder / "saved"
     folder.mkdir()
-    tab.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+    allowed = {"behavior": "allow", "downloadPath": str(folder)}
+    tab.send("Browser.setDownloadBehavior", browserContextId=tab.context, **allowed)
     tab.run("rems.plots.toggle('robot/cart/state/x')")
     tab.click("document.querySelector('.unit-line button')")
     tab.until("document.querySelector('.unit-line button').textContent === 'cm'")

@@ -14,7 +14,7 @@ from rems_net.client import join
 from rems_net.packing import pack
 from tests.agents.runs import PARTS, until
 from tests.commands import command, environment, link_of
-from tests.dashboard.browser import Browser, page_at
+from tests.dashboard.browser import Browser, Chromium, page_at
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -94,9 +94,9 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
 
 
 @pytest.fixture(scope="module")
-def tab(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def tab(lab: Lab, chromium: Chromium) -> Iterator[Browser]:
     ready = f"{ROBOT} && {ROBOT}.tick > 0"
-    with page_at(lab.link, tmp_path_factory.mktemp("browser"), ready) as made:
+    with page_at(lab.link, chromium, ready) as made:
         yield made
 
 

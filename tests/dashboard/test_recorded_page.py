@@ -10,7 +10,7 @@ import pytest
 
 import rems_net
 from tests.commands import ROOT, python
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, Chromium
 from tests.dashboard.recordings import DT, LONG, RESET, page, recording
 from tests.pages import blocks
 
@@ -33,10 +33,8 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def opened(
-    file: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Browser, str]]:
-    with page(file.parent) as link, browser(tmp_path_factory.mktemp("tab")) as made:
+def opened(file: Path, chromium: Chromium) -> Iterator[tuple[Browser, str]]:
+    with page(file.parent) as link, chromium.apart() as made:
         made.size(1280, 800)
         yield made, link.replace("/#", "/?field=robot/sim/state/x#")
         assert made.errors == []
@@ -163,14 +161,16 @@ def test_any_pace_is_typed(tab: Browser) -> None:
     tab.until("rems.playback.pace === 0.3")
 
 
-def test_robots_of_a_second_recording_are_ghosts(tmp_path: Path) -> None:
+def test_robots_of_a_second_recording_are_ghosts(
+    tmp_path: Path, chromium: Chromium
+) -> None:
     """As the page on the page has it."""
     here = ROOT / "docs" / "dashboard.md"
     (tmp_path / "two.py").write_text(blocks(here, "python")[0], encoding="utf-8")
     assert python(tmp_path, "two.py").returncode == 0
     *_, line = next(b for b in blocks(here, "sh") if "tuesday" in b).splitlines()
     words = [tmp_path / one for one in line.split()[2:]]
-    with page(*words) as link, browser(tmp_path) as tab:
+    with page(*words) as link, chromium.apart() as tab:
         tab.go(link)
         tab.until(f"{STATE}?.tick === 1")
         ghost = "robot/sim (tuesday)"
@@ -187,12 +187,12 @@ def test_robots_of_a_second_recording_are_ghosts(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_cut_off_is_shown_up_to_there(
-    tmp_path: Path, file: Path
+    tmp_path: Path, file: Path, chromium: Chromium
 ) -> None:
     data = file.read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[: len(data) * 3 // 5])
-    with page(cut) as link, browser(tmp_path) as tab:
+    with page(cut) as link, chromium.apart() as tab:
         tab.go(link)
         log = "document.querySelector('#log').innerText"
         tab.until(f"{log}.includes('cut.mcap has no end')")

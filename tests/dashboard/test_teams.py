@@ -12,7 +12,7 @@ import pytest
 
 from tests.agents.runs import free_port, until
 from tests.commands import command, environment
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, Chromium
 
 NAMES = """name,team,password
 Tess,teachers,red birds fly
@@ -91,8 +91,8 @@ def school(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Class]:
 
 
 @pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("browser")) as made:
+def tab(chromium: Chromium) -> Iterator[Browser]:
+    with chromium.apart() as made:
         made.size(1280, 800)
         yield made
 

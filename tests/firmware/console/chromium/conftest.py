@@ -1,18 +1,18 @@
-"""One browser for a session, and for each test a page and a robot at its port."""
+"""One tab for a file of tests, and for each test a page and a robot at its port."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
 
-from tests.dashboard.browser import Browser, browser
+from tests.dashboard.browser import Browser, Chromium
 from tests.firmware.console.chromium.browser import FAKE, Page
 from tests.firmware.console.robot import Robot
 
 
-@pytest.fixture(scope="session")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("browser")) as made:
+@pytest.fixture(scope="module")
+def tab(chromium: Chromium) -> Iterator[Browser]:
+    with chromium.apart() as made:
         made.send("Runtime.addBinding", name="toTest")
         source = FAKE.read_text(encoding="utf-8")
         made.send("Page.addScriptToEvaluateOnNewDocument", source=source)
