@@ -12,15 +12,16 @@ import pytest
 
 from rems_net.client import join
 from rems_net.packing import pack
-from tests.agents.runs import PARTS, until
-from tests.commands import command, environment, link_of
+from tests.agents.runs import PARTS, ticking, until
+from tests.commands import Done, command, environment, inside, link_of
 from tests.dashboard.browser import Browser, Chromium, page_at
 
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("page", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
 lab.input("wave", "parts.py:Wave", host="rest")
-lab.robot("euler", "parts.py:Cart", "parts.py:Euler", command="input/wave")
+lab.robot("euler", "parts.py:Cart", "parts.py:Euler", command="input/wave",
+    host="rest")
 lab.robot("bot", "woodbot", "kinematic", host="rest")
 lab.output("log", "parts.py:Log", host="rest")
 lab.run("out")
@@ -51,9 +52,15 @@ class Lab:
             raise
 
     def _begin(self, folder: Path) -> str:
-        self._started.append(self.start("run", "lab.py"))
-        until(lambda: self.typed("list").returncode == 0)
+        self._run()
         return self.page()
+
+    def _run(self) -> None:
+        """Start the run; wait until it ticks."""
+        self._started.append(self.start("run", "lab.py"))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("XDG_RUNTIME_DIR", str(self.folder / "rt"))
+            ticking()
 
     def page(self, *words: str) -> str:
         """Start a page of its own; return its link."""
@@ -65,15 +72,13 @@ class Lab:
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
         return subprocess.Popen(command(*words), **(self._more | quiet | more))
 
-    def typed(self, *words: str) -> subprocess.CompletedProcess[str]:
-        """Type a command, and wait for its end."""
-        done: subprocess.CompletedProcess[str] = subprocess.run(
-            command(*words), capture_output=True, check=False, **self._more
-        )
-        return done
+    def typed(self, *words: str) -> Done:
+        """Type a command, and wait for its end; it is done in this process."""
+        there = str(self.folder / "rt")
+        return inside(*words, folder=self.folder, XDG_RUNTIME_DIR=there)
 
     def stopped(self) -> bool:
-        """Whether STOP holds, by what `rems` says in another process."""
+        """Whether STOP holds, by what `rems` says: not in the process of the page."""
         done = self.typed("list")
         return "STOP holds" in done.stdout + done.stderr
 

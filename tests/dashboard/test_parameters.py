@@ -16,7 +16,8 @@ SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("settings", dt=0.02, duration="600 s", pace=1)
 lab.input("swing", "{TUNED}/tuned.py:Swing", host="rest")
-lab.robot("cart", "{TUNED}/tuned.py:Cart", "kinematic", command="input/swing")
+lab.robot("cart", "{TUNED}/tuned.py:Cart", "kinematic", command="input/swing",
+    host="rest")
 lab.robot("bot", "woodbot", "kinematic", host="rest")
 lab.run("out")
 """

@@ -39,8 +39,7 @@ class Viewed(Lab):
     """A run, and its page with an address for viewers."""
 
     def _begin(self, folder: Path) -> str:
-        self._started.append(self.start("run", "lab.py"))
-        until(lambda: self.typed("list").returncode == 0)
+        self._run()
         page = self.start("dashboard", "--no-qr", "--viewers", stdout=subprocess.PIPE)
         self._started.append(page)
         assert page.stdout is not None

@@ -133,8 +133,7 @@ class Room(Lab):
 
     def _begin(self, folder: Path) -> str:
         (folder / "lab.py").write_text(SCRIPT, encoding="utf-8")
-        self._started.append(self.start("run", "lab.py"))
-        until(lambda: self.typed("list").returncode == 0)
+        self._run()
         return self.serve()
 
     def serve(self) -> str:
