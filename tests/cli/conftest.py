@@ -17,6 +17,7 @@ import pytest
 
 from rems_net.agents.experiment.hosts import HostProcess
 from rems_net.client import Fabric, join
+from rems_net.client.proxy import Proxy
 from rems_net.errors import FabricError
 from rems_net.router import find
 from tests import commands
@@ -238,6 +239,35 @@ def here(alice: Running) -> Iterator[Fabric]:
         yield found
         if alice.poll() is None:
             text(alice)
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The runtime folder of an open fabric with robot/alice, for tests of a module."""
+    folder = tmp_path_factory.mktemp("driven")
+    with starting(folder) as start:
+        with place(folder) as notes:
+            start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
+            with fabric() as found:
+                robot(start, "alice")
+                until(lambda: row(found, "robot/alice"))
+        yield notes
+
+
+@pytest.fixture
+def still(driven: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Fabric]:
+    """That fabric, with nobody else; alice stands, and nobody drives it."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(driven))
+    with join() as found:
+        until(lambda: [one["agent"] for one in found.agents()] == ["robot/alice"])
+        until(lambda: not found.drivers() and stands(found.robot("alice")))
+        yield found
+
+
+def stands(proxy: Proxy) -> bool:
+    """Return whether it stands: three states, one like the other."""
+    first, *others = list(proxy.watch("state", 3))
+    return all(one == first for one in others)
 
 
 @pytest.fixture

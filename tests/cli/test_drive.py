@@ -87,13 +87,14 @@ def window(answer: bytes, *words: str) -> Iterator[Window]:
                 continue
 
 
-def test_keys_that_are_held_and_released(here: Fabric) -> None:
-    proxy = here.robot("alice")
+def test_keys_that_are_held_and_released(still: Fabric) -> None:
+    proxy = still.robot("alice")
+    before = proxy.state.x
     with window(KITTY, "robot/alice") as opened:
         opened.shows("Ctrl+C ends it.")
         assert not opened.restored  # keys are not echoed
         opened.type(UP)
-        until(lambda: opened.read() and proxy.state.x > 0.01)
+        until(lambda: opened.read() and proxy.state.x > before + 0.01)
         opened.type(RELEASED)
         opened.stands(proxy)
         opened.type(b"x")
@@ -104,14 +105,15 @@ def test_keys_that_are_held_and_released(here: Fabric) -> None:
         assert opened.out.endswith(b"\x1b[?1004l\x1b[<u")
 
 
-def test_a_terminal_without_releases(here: Fabric) -> None:
+def test_a_terminal_without_releases(still: Fabric) -> None:
     """Each key moves for 2 s; a closed window ends it, and the robot stands."""
-    proxy = here.robot("alice")
+    proxy = still.robot("alice")
+    before = proxy.state.x
     with window(PLAIN, "robot/a*") as opened:
         opened.shows("does not report when a key is released")
         pressed = time.monotonic()
         opened.type(b"w")
-        until(lambda: opened.read() and proxy.state.x > 0.01)
+        until(lambda: opened.read() and proxy.state.x > before + 0.01)
         opened.stands(proxy)
         assert time.monotonic() - pressed > 1.9
         opened.type(b"w")
@@ -138,15 +140,16 @@ def test_it_is_ended_by_a_signal(here: Fabric, alice: Running) -> None:
         assert opened.restored
 
 
-def test_no_terminal(here: Fabric, start: Start) -> None:
+def test_no_terminal(still: Fabric, start: Start) -> None:
+    before = still.robot("alice").state.x
     piped = start("drive", "robot/alice", typed=True)
     _, said = piped.communicate("", timeout=20)
     assert piped.returncode == 2
     assert said.startswith("rems: rems drive reads the keys of a terminal, and ")
-    assert here.robot("alice").state.x == 0
+    assert still.robot("alice").state.x == before
 
 
-def test_a_misspelt_robot(here: Fabric, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_misspelt_robot(still: Fabric, capsys: pytest.CaptureFixture[str]) -> None:
     assert complaint(capsys, "drive", "robot/alise") == (
         "There is no robot/alise. Did you mean 'robot/alice'? Robots and inputs "
         "here: robot/alice. Type: rems list"

@@ -13,8 +13,8 @@ from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.mail import Mail, Mailbox
 from tests.agents.runs import calm, until
 from tests.cli.complaint import complaint
-from tests.cli.conftest import fabric, robot, row, text
-from tests.commands import Run, Serve, Start
+from tests.cli.conftest import robot, row, stands, text
+from tests.commands import Run, Start
 from tests.dashboard.test_viewers import viewer
 
 AHEAD = {"ahead": 50.0}
@@ -37,20 +37,14 @@ def taken(hand: Driving) -> str:
     return hand.taken
 
 
-def stands(proxy: Proxy) -> bool:
-    """Return whether it stands: three states, one like the other."""
-    first, *others = list(proxy.watch("state", 3))
-    return all(one == first for one in others)
-
-
-def test_a_robot_is_driven_and_stands_when_the_hand_lets_go(here: Fabric) -> None:
+def test_a_robot_is_driven_and_stands_when_the_hand_lets_go(still: Fabric) -> None:
     box = Mailbox()
-    here.session.watch(here.session.key("robot", "alice", "command"), box)
-    proxy = here.robot("alice")
-    with Driving(here, "robot/alice", by="anna") as hand:
+    still.session.watch(still.session.key("robot", "alice", "command"), box)
+    proxy = still.robot("alice")
+    with Driving(still, "robot/alice", by="anna") as hand:
         assert hand.drives
         until(lambda: hand.seen.n > 0)
-        hold(hand, proxy, 0.01)
+        hold(hand, proxy, proxy.state.x + 0.01)
         hand.rest()
         begun = calm()
         until(lambda: stands(proxy))
@@ -65,10 +59,10 @@ def test_a_robot_is_driven_and_stands_when_the_hand_lets_go(here: Fabric) -> Non
         assert all(mail.stamp().badge != hand._badge for mail in came)
 
 
-def test_a_command_for_an_old_picture_is_not_obeyed(here: Fabric) -> None:
+def test_a_command_for_an_old_picture_is_not_obeyed(still: Fabric) -> None:
     """Stamped with the tick that the person saw: 0.6 s ago."""
-    proxy = here.robot("alice")
-    with Driving(here, "robot/alice") as hand:
+    proxy = still.robot("alice")
+    with Driving(still, "robot/alice") as hand:
         until(lambda: hand.seen.n > 0)
         old = hand.seen
         until(lambda: hand.seen.t > old.t + 0.65)
@@ -81,19 +75,19 @@ def test_a_command_for_an_old_picture_is_not_obeyed(here: Fabric) -> None:
         hold(hand, proxy, before["x"] + 0.005)
 
 
-def test_what_was_sent_in_a_pause_ends_sooner(here: Fabric) -> None:
+def test_what_was_sent_in_a_pause_ends_sooner(still: Fabric) -> None:
     """Its program may be gone when time goes on: 0.2 s of 0.5 s are left."""
-    proxy = here.robot("alice")
-    with Driving(here, "robot/alice") as hand:
+    proxy = still.robot("alice")
+    with Driving(still, "robot/alice") as hand:
         hold(hand, proxy, proxy.state.x + 0.005)
-        here.clock("pause")
+        still.clock("pause")
         end = time.monotonic() + 0.6
         while time.monotonic() < end:
             hand.keep()
             hand.send(AHEAD)
             time.sleep(PERIOD)
         t, before = hand.seen.t, proxy.state.get()
-        here.clock("resume")
+        still.clock("resume")
         ends = [t]
 
         def over() -> bool:
@@ -107,37 +101,37 @@ def test_what_was_sent_in_a_pause_ends_sooner(here: Fabric) -> None:
         assert 0.0 < ends[-1] - t < 0.3
 
 
-def test_a_hand_that_is_gone_stops_the_robot(here: Fabric) -> None:
+def test_a_hand_that_is_gone_stops_the_robot(still: Fabric) -> None:
     """No command comes any more: the robot stands, and another person may drive."""
-    proxy = here.robot("alice")
-    gone = Driving(here, "robot/alice", by="anna")
+    proxy = still.robot("alice")
+    gone = Driving(still, "robot/alice", by="anna")
     gone.open()
     until(lambda: gone.seen.n > 0)
-    hold(gone, proxy, 0.01)
+    hold(gone, proxy, proxy.state.x + 0.01)
     begun = calm()
     until(lambda: stands(proxy))
     assert calm() - begun < 2.0
 
     def free() -> bool:
-        with Driving(here, "robot/alice", by="ben") as other:
+        with Driving(still, "robot/alice", by="ben") as other:
             return other.drives
 
     until(free)
 
 
 def test_one_person_drives_and_hands_over_after_five_seconds(
-    here: Fabric, rems: Run
+    still: Fabric, rems: Run
 ) -> None:
     with (
-        Driving(here, "robot/alice", by="anna") as anna,
-        Driving(here, "robot/alice", by="ben") as ben,
+        Driving(still, "robot/alice", by="anna") as anna,
+        Driving(still, "robot/alice", by="ben") as ben,
     ):
         assert anna.drives
         assert not ben.drives
         assert ben.other is not None
         assert ben.other.drives
         assert ben.other.name.startswith("anna on ")
-        assert here.drivers() == {"robot/alice": ben.other.name}
+        assert still.drivers() == {"robot/alice": ben.other.name}
         done = rems("list")
         assert done.stdout.splitlines()[0].split()[-1] == "driver"
         assert ben.other.name in done.stdout
@@ -160,10 +154,10 @@ def test_one_person_drives_and_hands_over_after_five_seconds(
         assert not anna.drives
 
 
-def test_a_person_who_gives_up_gets_nothing(here: Fabric) -> None:
+def test_a_person_who_gives_up_gets_nothing(still: Fabric) -> None:
     """A request ends when it is not repeated."""
-    with Driving(here, "robot/alice", by="anna") as anna:
-        with Driving(here, "robot/alice", by="ben"):
+    with Driving(still, "robot/alice", by="anna") as anna:
+        with Driving(still, "robot/alice", by="ben"):
             until(lambda: taken(anna) or anna.other)
         begun = time.monotonic()
         while time.monotonic() - begun < 6.0:
@@ -172,89 +166,83 @@ def test_a_person_who_gives_up_gets_nothing(here: Fabric) -> None:
         assert anna.drives
         assert anna.other is None
         assert not anna.taken
-    assert here.drivers() == {}
+    assert still.drivers() == {}
 
 
-def test_a_teacher_takes_all(here: Fabric) -> None:
-    with Driving(here, "robot/alice", by="anna") as anna:
-        assert here.take("robot/alice").startswith("anna on ")
+def test_a_teacher_takes_all(still: Fabric) -> None:
+    with Driving(still, "robot/alice", by="anna") as anna:
+        assert still.take("robot/alice").startswith("anna on ")
         until(lambda: taken(anna))
         anna.send(AHEAD)
         assert not anna.drives
 
 
-def test_what_cannot_be_driven(here: Fabric) -> None:
+def test_what_cannot_be_driven(still: Fabric) -> None:
     for key, sentence in {
         "robot/bob": "there is no robot/bob. Did you mean 'robot/alice'?",
         "output/log": "there is no output/log.",
     }.items():
-        with pytest.raises(FabricError, match=sentence), Driving(here, key):
+        with pytest.raises(FabricError, match=sentence), Driving(still, key):
             pass
 
 
 def test_inputs(
-    start: Start, serve: Serve, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    start: Start, still: Fabric, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A stick that a person moves drives a robot; a file is no such input."""
-    serve()
     keys = tmp_path / "keys.csv"
     keys.write_text("time [s],inpt.wh.l,inpt.wh.r\n60,1,1\n", encoding="utf-8")
-    with fabric() as found:
-        file = start("agent", "start", "input", str(keys), "--name", "keys")
-        stick = start("agent", "start", "input", "hand", "--name", "stick")
-        until(lambda: row(found, "input/stick") and row(found, "input/keys"))
-        wood = ("agent", "start", "robot", "woodbot", "kinematic", "--name", "wood")
-        driven = start(*wood, "--to", "command=input/stick")
-        until(lambda: row(found, "robot/wood"))
-        proxy = found.robot("wood")
-        with Driving(found, "input/stick") as hand:
-            hold(hand, proxy, 0.01)
-        until(lambda: stands(proxy))
-        with (
-            pytest.raises(FabricError, match=r"input/stick commands robot/wood there"),
-            Driving(found, "robot/wood"),
-        ):
-            pass
-        said = complaint(capsys, "drive", "robot/wood", "input/stick")
-        assert "input/stick commands robot/wood there" in said
-        with (
-            pytest.raises(FabricError, match=r"input/keys cannot be driven: expected"),
-            Driving(found, "input/keys"),
-        ):
-            pass
-        for program in (driven, stick, file):
-            text(program)
+    file = start("agent", "start", "input", str(keys), "--name", "keys")
+    stick = start("agent", "start", "input", "hand", "--name", "stick")
+    until(lambda: row(still, "input/stick") and row(still, "input/keys"))
+    wood = ("agent", "start", "robot", "woodbot", "kinematic", "--name", "wood")
+    driven = start(*wood, "--to", "command=input/stick")
+    until(lambda: row(still, "robot/wood"))
+    proxy = still.robot("wood")
+    with Driving(still, "input/stick") as hand:
+        hold(hand, proxy, 0.01)
+    until(lambda: stands(proxy))
+    with (
+        pytest.raises(FabricError, match=r"input/stick commands robot/wood there"),
+        Driving(still, "robot/wood"),
+    ):
+        pass
+    said = complaint(capsys, "drive", "robot/wood", "input/stick")
+    assert "input/stick commands robot/wood there" in said
+    with (
+        pytest.raises(FabricError, match=r"input/keys cannot be driven: expected"),
+        Driving(still, "input/keys"),
+    ):
+        pass
+    for program in (driven, stick, file):
+        text(program)
 
 
-def test_an_arm_has_no_wheels(start: Start, serve: Serve) -> None:
-    serve()
-    with fabric() as found:
-        arm = start(
-            *("agent", "start", "robot", "youbot_arm", "kinematic", "--name", "arm")
-        )
-        until(lambda: row(found, "robot/arm"))
-        with (
-            pytest.raises(ExperimentError, match="a stick cannot drive robot/arm"),
-            Driving(found, "robot/arm"),
-        ):
-            pass
-        text(arm)
+def test_an_arm_has_no_wheels(start: Start, still: Fabric) -> None:
+    arm = start(
+        *("agent", "start", "robot", "youbot_arm", "kinematic", "--name", "arm")
+    )
+    until(lambda: row(still, "robot/arm"))
+    with (
+        pytest.raises(ExperimentError, match="a stick cannot drive robot/arm"),
+        Driving(still, "robot/arm"),
+    ):
+        pass
+    text(arm)
 
 
 def test_a_robot_that_leaves_while_a_viewer_drives_it(
-    start: Start, serve: Serve
+    start: Start, still: Fabric
 ) -> None:
-    serve()
-    with fabric() as found:
-        alice = robot(start, "alice")
-        until(lambda: row(found, "robot/alice"))
-        page = start("dashboard", "--no-qr", "--viewers")
-        assert page.stdout is not None
-        lines = (re.search(r"ws://\S+", line) for line in page.stdout)
-        with viewer(next(one for one in lines if one).group()) as one:
-            one.name("/robot/alice/command")
-            until(lambda: one.pushed() and "robot/alice" in found.drivers())
-            text(alice)
-            until(lambda: one.pushed() and one.said)
-            assert one.said == ["robot/alice has left; nothing drives it."]
-        text(page)
+    bob = robot(start, "bob")
+    until(lambda: row(still, "robot/bob"))
+    page = start("dashboard", "--no-qr", "--viewers")
+    assert page.stdout is not None
+    lines = (re.search(r"ws://\S+", line) for line in page.stdout)
+    with viewer(next(one for one in lines if one).group()) as one:
+        one.name("/robot/bob/command")
+        until(lambda: one.pushed() and "robot/bob" in still.drivers())
+        text(bob)
+        until(lambda: one.pushed() and one.said)
+        assert one.said == ["robot/bob has left; nothing drives it."]
+    text(page)
