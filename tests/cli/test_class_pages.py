@@ -54,9 +54,9 @@ class Page:
 def page(link: str) -> tuple[Any, str]:
     parts = urlsplit(link)
     origin: Any = f"http://{parts.netloc}"
-    return connect(f"ws://{parts.netloc}/", origin=origin, compression=None), (
-        parts.fragment
-    )
+    # Without a limit on what waits to be read, the end of a link is heard at once.
+    more: Any = {"origin": origin, "compression": None, "max_queue": None}
+    return connect(f"ws://{parts.netloc}/", **more), parts.fragment
 
 
 def test_a_students_page_commands_the_own_team_only(
