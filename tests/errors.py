@@ -10,9 +10,9 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+from tests.sources import ROOT, below, trees
+
 GOLDEN = ROOT / "tests" / "golden" / "errors.txt"
 CODE = re.compile(r"\(R(\d{4})\)")
 #: file:function whose errors get their code in another place -> that place. Such an
@@ -44,10 +44,23 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Module
 
 @cache
 def modules() -> dict[str, ast.Module]:
-    return {
-        path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
-        for path in sorted((ROOT / "rems_net").rglob("*.py"))
-    }
+    return {path.relative_to(ROOT).as_posix(): tree for path, tree in trees().items()}
+
+
+@cache
+def nodes() -> list[tuple[str, ast.AST, Function]]:
+    """Return what the tests look at: its file, itself and the function around it."""
+    found: list[tuple[str, ast.AST, Function]] = []
+    for file, tree in modules().items():
+        left: list[tuple[ast.AST, Function]] = [(tree, tree)]
+        while left:
+            node, inside = left.pop()
+            if isinstance(node, ast.Raise | ast.ClassDef | ast.FunctionDef):
+                found.append((file, node, inside))
+            if isinstance(node, Function):
+                inside = node
+            left += [(child, inside) for child in below(node)]
+    return found
 
 
 @cache
@@ -55,8 +68,7 @@ def errors() -> set[str]:
     """Return the names of RemsError and of all classes below it."""
     bases = [
         (node.name, {last(base) for base in node.bases})
-        for tree in modules().values()
-        for node in ast.walk(tree)
+        for _, node, _ in nodes()
         if isinstance(node, ast.ClassDef)
     ]
     known = {"RemsError"}
@@ -69,10 +81,9 @@ def errors() -> set[str]:
 def functions() -> dict[str, list[tuple[str, Function]]]:
     """Return the functions of the package by name, each with its file."""
     found: defaultdict[str, list[tuple[str, Function]]] = defaultdict(list)
-    for file, tree in modules().items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef):
-                found[node.name].append((file, node))
+    for file, node, _ in nodes():
+        if isinstance(node, ast.FunctionDef):
+            found[node.name].append((file, node))
     return found
 
 
@@ -92,21 +103,17 @@ def uncoded() -> Iterator[tuple[str, int]]:
             yield file, line
 
 
-def bare() -> Iterator[tuple[str, int, str]]:
-    """Yield each raise without a code in its own place: file, line and function."""
-    for file, tree in modules().items():
-        inside: dict[ast.AST, Function] = {}
-        for outer in ast.walk(tree):  # from the outside in
-            if isinstance(outer, Function):
-                inside.update(dict.fromkeys(ast.walk(outer), outer))
-        for node in ast.walk(tree):
-            if (
-                isinstance(node, ast.Raise)
-                and isinstance(node.exc, ast.Call)
-                and is_ours(file, node.exc)
-                and not coded(file, inside[node], node.exc, 3)
-            ):
-                yield file, node.lineno, getattr(inside[node], "name", "")
+@cache
+def bare() -> list[tuple[str, int, str]]:
+    """Return each raise without a code in its own place: file, line and function."""
+    return [
+        (file, node.lineno, getattr(inside, "name", ""))
+        for file, node, inside in nodes()
+        if isinstance(node, ast.Raise)
+        and isinstance(node.exc, ast.Call)
+        and is_ours(file, node.exc)
+        and not coded(file, inside, node.exc, 3)
+    ]
 
 
 def is_ours(file: str, call: ast.Call) -> bool:
@@ -251,18 +258,18 @@ def pieces(function: Function) -> list[ast.expr]:
     ]
 
 
+@cache
 def templates() -> dict[str, list[str]]:
     """Return the templates of the messages by code, in source order."""
     found: defaultdict[str, list[str]] = defaultdict(list)
     for tree in modules().values():
-        inner: set[ast.AST] = set()
+        left: list[ast.AST] = [tree]
         texts: list[tuple[int, str]] = []
-        for node in ast.walk(tree):  # from the outside in
-            if node in inner or not isinstance(
-                node, ast.BinOp | ast.JoinedStr | ast.Constant
-            ):
+        while left:  # from the outside in
+            node = left.pop()
+            if not isinstance(node, ast.BinOp | ast.JoinedStr | ast.Constant):
+                left += ast.iter_child_nodes(node)
                 continue
-            inner.update(ast.walk(node))
             if isinstance(node, ast.Constant) and not isinstance(node.value, str):
                 continue
             text = shown(node)

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from rems_net.errors import UnitError
+from tests.sources import ROOT, below, trees
 
-ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "rems_net"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -194,7 +194,8 @@ def room(path: Path) -> str:
 
 @cache
 def nodes(path: Path) -> list[ast.AST]:
-    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    kinds = ast.Import | ast.ImportFrom | ast.Call | ast.ExceptHandler
+    return [node for node in ast.walk(trees()[path]) if isinstance(node, kinds)]
 
 
 def imports(path: Path) -> Iterator[tuple[str, int]]:
@@ -230,7 +231,7 @@ def needed(path: Path) -> set[str]:
     found: set[str] = set()
 
     def look(node: ast.AST) -> None:
-        for child in ast.iter_child_nodes(node):
+        for child in below(node):
             if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
                 continue
             if isinstance(child, ast.Import):
@@ -241,7 +242,7 @@ def needed(path: Path) -> set[str]:
                     found.add(inner if inner in MODULES else child.module)
             look(child)
 
-    look(nodes(path)[0])
+    look(trees()[path])
     return found & MODULES.keys() - {module_of(path)}
 
 

@@ -1,5 +1,7 @@
 """Plain words: no file breaks a rule for sentences that a program can hold."""
 
+import ast
+
 from tests.words import counts, fragments, sentences
 
 
@@ -10,6 +12,6 @@ def test_no_sentence_breaks_a_rule() -> None:
 
 def test_what_is_counted() -> None:
     source = 'def f():\n    """Whether it is."""\n\ndef g():\n    """Return it."""\n'
-    assert [*fragments(source)] == ["f: Whether it is."]
+    assert [*fragments(ast.parse(source))] == ["f: Whether it is."]
     page = "# Head\n\nOne sentence. A `one two` one:\n\n```py\ncode here\n```\n"
     assert [one for one in sentences(page) if one] == ["One sentence.", "A `x` one:"]

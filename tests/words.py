@@ -11,7 +11,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+from tests.sources import ROOT, outside_expressions, trees
+
 #: words. A longer sentence of a page is hard to follow for a reader at school.
 LONGEST = 30
 #: Words for people, used for programs. In `stop_store.py` people say STOP.
@@ -41,13 +42,12 @@ def counts() -> dict[str, dict[str, int]]:
     found: dict[str, Counter[str]] = {
         rule: Counter() for rule in ("people", "headless", "imperative", "long")
     }
-    for path in sorted((ROOT / "rems_net").rglob("*.py")):
+    for path, tree in trees().items():
         name = path.relative_to(ROOT).as_posix()
-        source = path.read_text(encoding="utf-8")
-        for text in texts(source):
+        for text in texts(path.read_text(encoding="utf-8")):
             found["people"][name] += len(PEOPLE.findall(text))
             found["headless"][name] += len(HEADLESS.findall(text))
-        found["imperative"][name] += sum(1 for _ in fragments(source))
+        found["imperative"][name] += sum(1 for _ in fragments(tree))
     for path in pages():
         name = path.relative_to(ROOT).as_posix()
         for sentence in sentences(path.read_text(encoding="utf-8")):
@@ -68,9 +68,9 @@ def texts(source: str) -> Iterator[str]:
             yield " ".join(CODE.sub("x", token.string).strip("#:\"' ").split())
 
 
-def fragments(source: str) -> Iterator[str]:
+def fragments(tree: ast.Module) -> Iterator[str]:
     """First lines of docstrings of functions that do not begin with a verb."""
-    for node in ast.walk(ast.parse(source)):
+    for node in outside_expressions(tree):
         if not isinstance(node, ast.FunctionDef) or is_property(node):
             continue
         doc = ast.get_docstring(node) or ""
