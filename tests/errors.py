@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 
-from tests.sources import ROOT, below, trees
+from tests.sources import ROOT, below, trees, uncollected
 
 GOLDEN = ROOT / "tests" / "golden" / "errors.txt"
 CODE = re.compile(r"\(R(\d{4})\)")
@@ -44,7 +44,8 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Module
 
 @cache
 def modules() -> dict[str, ast.Module]:
-    return {path.relative_to(ROOT).as_posix(): tree for path, tree in trees().items()}
+    found = trees().items()
+    return {path.relative_to(ROOT).as_posix(): tree for path, tree in found}
 
 
 @cache
@@ -96,14 +97,6 @@ def last(node: ast.expr) -> str:
     return node.id if isinstance(node, ast.Name) else ""
 
 
-def uncoded() -> Iterator[tuple[str, int]]:
-    """Yield each raise of one of our errors without a code: its file and line."""
-    for file, line, function in bare():
-        if f"{file}:{function}" not in ELSEWHERE:
-            yield file, line
-
-
-@cache
 def bare() -> list[tuple[str, int, str]]:
     """Return each raise without a code in its own place: file, line and function."""
     return [
@@ -258,7 +251,6 @@ def pieces(function: Function) -> list[ast.expr]:
     ]
 
 
-@cache
 def templates() -> dict[str, list[str]]:
     """Return the templates of the messages by code, in source order."""
     found: defaultdict[str, list[str]] = defaultdict(list)
@@ -309,20 +301,39 @@ def shown(node: ast.AST) -> str:
     return ast.unparse(node)
 
 
-def golden() -> str:
+def read() -> tuple[list[tuple[str, int, str]], dict[str, list[str]]]:
+    """Return the raises without a code, and the templates; keep none of the trees."""
+    with uncollected():
+        found = bare(), templates()
+        for cached in (modules, nodes, errors, functions, constants):
+            cached.cache_clear()
+        for kept in (makes, assigned, caught, pieces):
+            kept.cache_clear()
+    return found
+
+
+def uncoded(found: list[tuple[str, int, str]]) -> list[str]:
+    """Return the places of those raises that get no code from elsewhere."""
+    return [
+        f"{file}:{line}"
+        for file, line, function in found
+        if f"{file}:{function}" not in ELSEWHERE
+    ]
+
+
+def golden(found: dict[str, list[str]]) -> str:
     """Return the golden file: each code with its messages."""
     return "\n".join(
-        "\n  ".join([code, *texts]) + "\n" for code, texts in templates().items()
+        "\n  ".join([code, *texts]) + "\n" for code, texts in found.items()
     )
 
 
 def main() -> None:
-    without = [*uncoded()]
+    raises, messages = read()
     if "--write" in sys.argv:
-        GOLDEN.write_text(golden(), encoding="utf-8")
-    for file, line in without:
-        print(f"{file}:{line}")
-    print(f"{len(without)} raises without a code")
+        GOLDEN.write_text(golden(messages), encoding="utf-8")
+    without = uncoded(raises)
+    print(*without, f"{len(without)} raises without a code", sep="\n")
 
 
 if __name__ == "__main__":

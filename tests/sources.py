@@ -1,32 +1,35 @@
-"""The package's modules as trees, read once for all tests that look at them."""
+"""The package's modules as trees, for the tests that look at them."""
 
 import ast
 import gc
 from collections.abc import Iterator
-from functools import cache
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 
 
-@cache
-def trees() -> dict[Path, ast.Module]:
-    """Return the tree of each module.
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Collect no garbage in the block.
 
-    They are millions of nodes that stay, and no garbage collection looks at them: these
-    would take longer than the reading.
+    A million nodes are read, and each collection would look at all of them. Do not
+    keep them for longer: later collections look at them, too.
     """
-    gc.collect()
     gc.disable()
     try:
-        found = {
+        yield
+    finally:
+        gc.enable()
+
+
+def trees() -> dict[Path, ast.Module]:
+    """Return the tree of each module."""
+    with uncollected():
+        return {
             path: ast.parse(path.read_text(encoding="utf-8"))
             for path in sorted((ROOT / "rems_net").rglob("*.py"))
         }
-    finally:
-        gc.enable()
-    gc.freeze()
-    return found
 
 
 def below(node: ast.AST) -> Iterator[ast.AST]:

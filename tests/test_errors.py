@@ -5,7 +5,9 @@ sentence has to be understood without another one.
 """
 
 import shlex
+import shutil
 from collections.abc import Iterator
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +26,21 @@ from tests.cli.conftest import place, starting
 ENTRIES = entries()
 #: begins an experiment, for examples of its other tables
 SECOND = '[experiment]\nduration = "1 s"\n\n'
-EXAMPLES = [
-    pytest.param(entry.code, block, id=f"{entry.code}-{i}")
-    for entry in ENTRIES.values()
-    for i, block in enumerate(entry.blocks)
-]
 #: entries whose examples need a fabric -> its fixture
 AT_FABRICS = dict.fromkeys(
     ("R0602", "R0603", "R0606", "R0615", "R0617", "R0618", "R0619", "R0620"),
     "fabric",
 ) | {"R0609": "school"}
+#: those come last, so that their fabrics do not run beside all others
+EXAMPLES = [
+    pytest.param(entry.code, block, id=f"{entry.code}-{i}")
+    for entry in sorted(ENTRIES.values(), key=lambda one: one.code in AT_FABRICS)
+    for i, block in enumerate(entry.blocks)
+]
+#: what examples begin with, to have a recording; it is run once for all of them
+DEMO = "rems demo"
+#: what tests.errors reads
+Source = tuple[list[tuple[str, int, str]], dict[str, list[str]]]
 
 
 @pytest.fixture(scope="module")
@@ -68,23 +75,38 @@ def school(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]
         }
 
 
-def test_every_error_has_a_code() -> None:
-    assert not [*errors.uncoded()]
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `rems demo` leaves behind."""
+    folder = tmp_path_factory.mktemp("demo")
+    with place(folder), chdir(folder):
+        assert status(shlex.split(DEMO)) == 0
+    return folder
 
 
-def test_the_list_of_errors_with_a_code_from_elsewhere_is_short() -> None:
+@pytest.fixture(scope="module")
+def source() -> Source:
+    """The raises without a code, and the templates of the messages."""
+    return errors.read()
+
+
+def test_every_error_has_a_code(source: Source) -> None:
+    assert not errors.uncoded(source[0])
+
+
+def test_the_list_of_errors_with_a_code_from_elsewhere_is_short(source: Source) -> None:
     """Each function in it still raises an error without a code of its own."""
-    bare = {f"{file}:{function}" for file, _, function in errors.bare()}
+    bare = {f"{file}:{function}" for file, _, function in source[0]}
     assert not errors.ELSEWHERE.keys() - bare
 
 
-def test_every_code_has_an_entry_and_every_entry_a_message() -> None:
-    assert errors.templates().keys() == ENTRIES.keys()
+def test_every_code_has_an_entry_and_every_entry_a_message(source: Source) -> None:
+    assert source[1].keys() == ENTRIES.keys()
 
 
-def test_the_messages_are_those_of_the_golden_file() -> None:
+def test_the_messages_are_those_of_the_golden_file(source: Source) -> None:
     """Renew it with `python -m tests.errors --write`, and read what has changed."""
-    assert errors.golden() == errors.GOLDEN.read_text(encoding="utf-8")
+    assert errors.golden(source[1]) == errors.GOLDEN.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("entry", ENTRIES.values(), ids=ENTRIES)
@@ -110,6 +132,9 @@ def test_the_examples_are_as_wrong_and_as_right_as_they_claim(
     monkeypatch.syspath_prepend(str(tmp_path))
     Path("arm.urdf").write_text(ENTRIES["R0205"].blocks[1].text, encoding="utf-8")
     Path("room.xml").write_text("<mujoco><worldbody/></mujoco>", encoding="utf-8")
+    if DEMO in block.text.splitlines():
+        shutil.copytree(request.getfixturevalue("demo"), tmp_path, dirs_exist_ok=True)
+        capsys.readouterr()
     message = ""
     try:
         statuses = [*run(block)]
@@ -146,7 +171,8 @@ def run(block: Block) -> list[int]:
         Path("lab.toml").write_text(head + block.text, encoding="utf-8")
         return [main(["check", "lab.toml"])]
     assert block.language == "sh"
-    return [status(shlex.split(line)) for line in block.text.splitlines()]
+    lines = [line for line in block.text.splitlines() if line != DEMO]
+    return [status(shlex.split(line)) for line in lines]
 
 
 def load(body: Body | Model) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from rems_net.errors import UnitError
-from tests.sources import ROOT, below, trees
+from tests.sources import ROOT, below, trees, uncollected
 
 PACKAGE = ROOT / "rems_net"
 FILES = sorted(PACKAGE.rglob("*.py"))
@@ -193,9 +193,23 @@ def room(path: Path) -> str:
 
 
 @cache
+def tree_of() -> dict[Path, ast.Module]:
+    return trees()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _forgotten() -> Iterator[None]:
+    """Keep no trees for the tests of other modules."""
+    with uncollected():
+        yield
+    for cached in (tree_of, nodes, calls, needed):
+        cached.cache_clear()
+
+
+@cache
 def nodes(path: Path) -> list[ast.AST]:
     kinds = ast.Import | ast.ImportFrom | ast.Call | ast.ExceptHandler
-    return [node for node in ast.walk(trees()[path]) if isinstance(node, kinds)]
+    return [node for node in ast.walk(tree_of()[path]) if isinstance(node, kinds)]
 
 
 def imports(path: Path) -> Iterator[tuple[str, int]]:
@@ -242,7 +256,7 @@ def needed(path: Path) -> set[str]:
                     found.add(inner if inner in MODULES else child.module)
             look(child)
 
-    look(trees()[path])
+    look(tree_of()[path])
     return found & MODULES.keys() - {module_of(path)}
 
 
