@@ -12,7 +12,7 @@ from rems_net import Experiment
 from rems_net.cli import main
 from rems_net.identification.drive import Drive, Floats
 from rems_net.identification.fit import Fit, fit
-from rems_net.identification.suggest import suggest
+from rems_net.identification.suggest import Suggestion, suggest
 from tests.identification.test_identify import FIVE, PREDICTOR, driven, keys
 
 RANGES = {name: span for name, (_, span, _) in FIVE.items()}
@@ -37,13 +37,28 @@ def anything(random: np.random.Generator, rows: int) -> Floats:
     return np.array(shares[:rows])
 
 
-def narrow(seed: int) -> list[float]:
+def suggested(seed: int) -> list[Suggestion]:
+    """Return the drives that are suggested after a first one."""
+    _, first, found, _ = known(seed)
+    return suggest(PREDICTOR, [first], found.values, RANGES, found.error)
+
+
+@pytest.fixture(scope="module")
+def after_straight() -> list[Suggestion]:
+    """The drives that are suggested after a straight one; the robot is that of 2001."""
+    random = np.random.default_rng(1)
+    true, _, found, _ = known(2001)
+    ahead = keys(random, 100)
+    straight = driven(true, ahead, ahead, random)
+    return suggest(PREDICTOR, [straight], found.values, RANGES, found.error)
+
+
+def narrow(seed: int, best: Suggestion) -> list[float]:
     """Return how much narrower intervals are than after two other drives (logarithms).
 
     The others are as of a person with keys, and random shares.
     """
-    true, first, found, random = known(seed)
-    best = suggest(PREDICTOR, [first], found.values, RANGES, found.error)[0]
+    true, _, found, random = known(seed)
     left, right = (
         best.drive.command[f"wheel/{side}"][1:] for side in ("left", "right")
     )
@@ -56,30 +71,28 @@ def narrow(seed: int) -> list[float]:
     return [width - widths[0] for width in widths[1:]]
 
 
-def test_what_is_suggested_is_narrower() -> None:
-    """One of the cases of the next test, where a person does not drive well."""
-    assert min(narrow(2001)) > 0.1
+def test_what_is_suggested_is_narrower(after_straight: list[Suggestion]) -> None:
+    """Of the next test's robots, one that the person does not drive well."""
+    assert min(narrow(2001, after_straight[0])) > 0.1
 
 
 @pytest.mark.slow  # 20 suggestions, and 80 fits
 @pytest.mark.timeout(3000)
 def test_what_is_suggested_is_narrower_in_18_of_20_cases() -> None:
-    cases = np.array([narrow(seed) for seed in range(2000, 2020)])
+    cases = np.array([narrow(seed, suggested(seed)[0]) for seed in range(2000, 2020)])
     person, chance = (cases > 0).sum(axis=0)
     assert chance >= 18
     # A person drives well: on the average a third wider, less than one drive shows.
     assert person >= 15
 
 
-def test_twenty_drives_are_compared_and_turns_follow_a_straight_drive() -> None:
-    random = np.random.default_rng(1)
-    true, _, found, _ = known(2001)
-    ahead = keys(random, 100)
-    straight = driven(true, ahead, ahead, random)
-    some = suggest(PREDICTOR, [straight], found.values, RANGES, found.error)
-    assert len({one.name for one in some}) == 20
-    assert [one.gain for one in some] == sorted((o.gain for o in some), reverse=True)
-    assert np.ptp(some[0].drive.state["heading"]) > 1.0
+def test_twenty_drives_are_compared_and_turns_follow_a_straight_drive(
+    after_straight: list[Suggestion],
+) -> None:
+    assert len({one.name for one in after_straight}) == 20
+    gains = [one.gain for one in after_straight]
+    assert gains == sorted(gains, reverse=True)
+    assert np.ptp(after_straight[0].drive.state["heading"]) > 1.0
 
 
 def test_an_input_plays_what_is_suggested(tmp_path: Path) -> None:

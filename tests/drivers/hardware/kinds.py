@@ -25,6 +25,8 @@ from rems_net.robots.woodbot import Woodbot
 from tests.drivers.hardware.create2.scene import driven
 
 STAND = {"wheel/left": 0.0, "wheel/right": 0.0}
+#: rad. Two counts of the coarsest encoder, that of a Create 2.
+COUNTS = 0.025
 LIBRARIES = ("pty", "serial", "dynamixel_sdk", "websockets")
 
 
@@ -80,6 +82,12 @@ def agrees(robot: Any, emulator: Any) -> bool:
     """Whether it says where it really is, within 5 mm or mrad."""
     at = true(emulator)
     return all(abs(robot.state[path] - at[path]) < 0.005 for path in ("x", "y"))
+
+
+def turned(robot: Any, emulator: Any) -> bool:
+    """Whether it says by how much its wheels have turned, within two counts."""
+    at, wheels = true(emulator), ("wheel/left", "wheel/right")
+    return all(abs(robot.state[path] - at[path]) < COUNTS for path in wheels)
 
 
 def _servos(emulator: Any) -> list[Any]:

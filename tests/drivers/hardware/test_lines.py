@@ -8,7 +8,7 @@ import pytest
 
 from tests.agents.runs import until
 from tests.drivers.alone import keep
-from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, true
+from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, true, turned
 
 #: of a driver that notices a loss soon: tests wait for it
 SOON = {"max_age": 0.3, "silence": 0.4}
@@ -47,7 +47,11 @@ def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None
         emulator.order("fine")
         keep(robot, STAND, lambda: kind.obeys(emulator) == kind.stands)
         if kind.at_port:
-            keep(robot, STAND, lambda: agrees(robot, emulator))
+            keep(robot, STAND, lambda: turned(robot, emulator), seconds=5.0)
+            # While nobody looked, each servo's watchdog stopped it at another moment:
+            # such a way is no arc, and its end is not known from the wheels' turns.
+            if not robot.figures()["reconnects"]:
+                keep(robot, STAND, lambda: agrees(robot, emulator), seconds=5.0)
         assert kind.told(emulator) == {*kind.stands, *kind.goes}
 
 
