@@ -96,18 +96,22 @@ class Run:
     def _members(self, clock: Clock, link: Link) -> Iterator[None]:
         """Start the hosts; end them after the block, also after an error."""
         giving = Giving(clock.session, self._offers)
+        # Existing objects stay: the collector skips them, so that no tick waits. What
+        # the program around this run has frozen stays frozen.
+        ours = not gc.get_freeze_count()
         try:
             self.hosts.start(link)
             clock.gather()
             giving.close()
-            # existing objects stay: the collector skips them, so no tick waits
-            gc.freeze()
+            if ours:
+                gc.freeze()
             yield
         except BaseException:
             self._release(clock, patience=0.3)
             raise
         finally:
-            gc.unfreeze()
+            if ours:
+                gc.unfreeze()
         failure = self._release(clock, patience=END)
         if failure is not None:
             raise failure

@@ -9,6 +9,7 @@ import math
 import re
 import sys
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -144,7 +145,13 @@ def _from_quantity(field: Kind, value: Any, where: str) -> float | int:
         value = unyt.unyt_quantity(1.0, value)
     if value.ndim:
         raise refuse(field, where, value, " It is one value, not several.")
-    return _to_unit(field, float(value.value), str(value.units), where, value)
+    return _to_unit(field, float(value.value), unit_text(value.units), where, value)
+
+
+@lru_cache(maxsize=256)
+def unit_text(unit: Any) -> str:
+    """Return a unit of unyt as text, which unyt writes anew each time, in 60 us."""
+    return str(unit)
 
 
 def _to_unit(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from rems_net.defdict.fields.accept import accept, split_text, to_unit
+from rems_net.defdict.fields.accept import accept, split_text, to_unit, unit_text
 from rems_net.defdict.fields.descriptions import is_quantity, show
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.kind import Kind
@@ -236,7 +236,8 @@ def _limited(field: Kind, number: Any, where: str) -> Any:
     low, high = field.limits
     if field.shape:
         if is_quantity(number):
-            number = to_unit(field, str(number.units), where, number)(number.value)
+            unit = unit_text(number.units)
+            number = to_unit(field, unit, where, number)(number.value)
         found = np.asarray(number)
         if found.dtype.kind == "f" and np.isnan(found).any():
             raise FieldValueError(
@@ -247,9 +248,12 @@ def _limited(field: Kind, number: Any, where: str) -> Any:
     wide = Kind("float", field.unit)
     if is_quantity(number) or isinstance(number, str):
         text = str(number) if isinstance(number, str) else ""
-        unit = split_text(text) if text else (float(number.value), str(number.units))
-        if unit and unit[1]:
-            number = to_unit(field, unit[1], where, number)(unit[0])
+        if text:
+            parts = split_text(text)
+        else:
+            parts = float(number.value), unit_text(number.units)
+        if parts and parts[1]:
+            number = to_unit(field, parts[1], where, number)(parts[0])
     if isinstance(number, float | np.floating) and math.isinf(number):
         return high if number > 0 else low
     if field.whole and isinstance(number, float | np.floating):
