@@ -255,9 +255,12 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture
-def still(driven: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Fabric]:
+def still(
+    driven: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Fabric]:
     """That fabric, with nobody else; alice stands, and nobody drives it."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(driven))
+    monkeypatch.chdir(tmp_path)
     with join() as found:
         until(lambda: [one["agent"] for one in found.agents()] == ["robot/alice"])
         until(lambda: not found.drivers() and stands(found.robot("alice")))
