@@ -132,8 +132,13 @@ def test_it_is_turned_by_mouse_and_finger_and_zoomed_by_the_wheel(tab: Browser) 
         tab.send("Input.dispatchTouchEvent", type=kind, touchPoints=points)
     tab.until(f"{YAW} > {yaw} + 0.3")
     far = tab.run(FAR)
-    tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-300)
-    tab.until(f"{FAR} < {far} * 0.7")
+
+    def near() -> bool:
+        """Turn the wheel; a browser without time drops a turn after a touch."""
+        tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-300)
+        return bool(tab.run(f"{FAR} < {far} * 0.7"))
+
+    until(near)
     tab.run(f"{CANVAS}.focus()")
     tab.key("0", "Digit0", "0")
     tab.until(f"{FAR} > {far} * 0.8")
