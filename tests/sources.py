@@ -16,11 +16,13 @@ def uncollected() -> Iterator[None]:
     A million nodes are read, and each collection would look at all of them. Do not
     keep them for longer: later collections look at them, too.
     """
+    collects = gc.isenabled()  # not in a block inside another one
     gc.disable()
     try:
         yield
     finally:
-        gc.enable()
+        if collects:
+            gc.enable()
 
 
 def trees() -> dict[Path, ast.Module]:

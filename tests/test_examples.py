@@ -127,7 +127,7 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
     """From whatever folder, where it should end; in many processes the same bytes.
 
     Those of its first second; tests/engine/test_law.py compares all, and takes longer.
-    What is only learned from is learned in one process, in both, by the same numerics.
+    A run that only trains something has one process both times, with pinned numerics.
     """
     text = path.read_text(encoding="utf-8")
     needs(*drivers_of(text))

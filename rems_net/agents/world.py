@@ -213,7 +213,7 @@ class World(Agent):
 
 def _ghost(said: DefDict, folder: Path) -> tuple[Ghost, Schema]:
     """Return a ghost, and the schema of its rays and switches. Raises RemsError."""
-    # Imported here: each process of a run would load the readers of robots' files.
+    # Imported here, or each process of a run would load the readers of robots' files.
     from rems_net.bodies.files.built import built
 
     name = said["name"]

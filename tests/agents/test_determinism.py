@@ -103,7 +103,7 @@ def repeat(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a process for each, and in two; the joins below are in a few, as slow."""
+    """The first run has a process for each agent, the second has two processes."""
     repeat(2, tmp_path, monkeypatch)
 
 

@@ -31,7 +31,7 @@ STATE = pack({"x": 9.0, "y": 9.0, "heading": 0.0})
 
 
 def lab(seconds: float = 3.0) -> Experiment:
-    """Robots hear the input from another process, and an output hears a so, too."""
+    """The robots get the input from another process, and the output gets robot/a."""
     made = Experiment("aimed_at", dt=0.02, duration=seconds, folder=PARTS)
     made.record = False  # a recording also has what was said of the attacks
     made.input("steady", "parts.py:Steady")

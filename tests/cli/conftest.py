@@ -241,16 +241,23 @@ def here(alice: Running) -> Iterator[Fabric]:
             text(alice)
 
 
-@pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The runtime folder of an open fabric with robot/alice, for tests of a module."""
-    folder = tmp_path_factory.mktemp("driven")
+@contextmanager
+def served(folder: Path, *names: str) -> Iterator[Path]:
+    """Serve an open fabric with these robots; yield the runtime folder."""
     with starting(folder) as start:
         with place(folder) as notes:
             start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
             with fabric() as found:
-                robot(start, "alice")
-                until(lambda: row(found, "robot/alice"))
+                for name in names:
+                    robot(start, name)
+                    until(partial(row, found, f"robot/{name}"))
+        yield notes
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The runtime folder of an open fabric with robot/alice, for tests of a module."""
+    with served(tmp_path_factory.mktemp("driven"), "alice") as notes:
         yield notes
 
 

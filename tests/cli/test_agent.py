@@ -11,20 +11,15 @@ import pytest
 
 from rems_net.client import Fabric, join
 from rems_net.errors import uncoded
-from tests.agents.runs import free_port, until
-from tests.cli.conftest import fabric, place, robot, row, starting, text, ticks
+from tests.agents.runs import until
+from tests.cli.conftest import robot, row, served, text, ticks
 from tests.commands import Run, Start
 
 
 @pytest.fixture(scope="module")
 def notes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The runtime folder of a served fabric for those tests that leave it as it is."""
-    folder = tmp_path_factory.mktemp("open")
-    with starting(folder) as start:
-        with place(folder) as notes:
-            start("router", "serve", "--listen", f"tcp/127.0.0.1:{free_port()}")
-            with fabric():
-                pass
+    with served(tmp_path_factory.mktemp("open")) as notes:
         yield notes
 
 

@@ -54,7 +54,7 @@ class Page:
 def page(link: str) -> tuple[Any, str]:
     parts = urlsplit(link)
     origin: Any = f"http://{parts.netloc}"
-    # Without a limit on what waits to be read, the end of a link is heard at once.
+    # With a limit on unread messages, `close` would wait for ten seconds.
     more: Any = {"origin": origin, "compression": None, "max_queue": None}
     return connect(f"ws://{parts.netloc}/", **more), parts.fragment
 

@@ -54,7 +54,7 @@ class Chromium:
 
     @contextmanager
     def apart(self) -> Iterator[Browser]:
-        """Open a tab in a window of its own, that shares nothing that pages store."""
+        """Open a tab in a window of its own. It has its own cookies and storage."""
         made = self.send("Target.createBrowserContext")
         try:
             with self._opened(**made) as tab:
@@ -91,7 +91,7 @@ class Browser(Chromium):
 
     @property
     def context(self) -> str:
-        """What DevTools call the things that this tab shares with others."""
+        """Identifier of the tab's browser context: what tabs of one window share."""
         found = self.send("Target.getTargetInfo")["targetInfo"]
         return str(found["browserContextId"])
 
@@ -214,7 +214,7 @@ def started(folder: Path, *more: str) -> Iterator[Chromium]:
         *(program, "--headless", "--remote-debugging-port=0", "--disable-gpu"),
         *(f"--user-data-dir={folder / 'browser'}", "--no-first-run"),
         *("--disable-background-networking", "--disable-component-update"),
-        # Two pages below the line of addresses, which nobody sees: half of a start.
+        # Else it loads two hidden pages, which take half of the time of a start.
         "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
         # WebGL without a graphics card.
         *(

@@ -242,7 +242,7 @@ def test_clip_limits_and_returns_what_was_kept(value: DefDict) -> None:
     assert value.wheel.left.velocity == 8.0
     value.clip({"wheel/left/velocity": float("inf"), "tags": 10**30})
     assert value.tags == 2**63 - 1
-    for bad in (float("nan"), "hello", "2 s", True):
+    for bad in (float("nan"), "hello", "", "2 s", True):
         with pytest.raises(FieldValueError, match="'wheel/left/velocity'"):
             value.clip({"wheel/left/velocity": bad})
     with pytest.raises(UnknownFieldError):

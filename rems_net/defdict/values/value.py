@@ -246,14 +246,13 @@ def _limited(field: Kind, number: Any, where: str) -> Any:
             )
         return np.clip(found, low, high)
     wide = Kind("float", field.unit)
-    if is_quantity(number) or isinstance(number, str):
-        text = str(number) if isinstance(number, str) else ""
-        if text:
-            parts = split_text(text)
-        else:
-            parts = float(number.value), unit_text(number.units)
-        if parts and parts[1]:
-            number = to_unit(field, parts[1], where, number)(parts[0])
+    parts = None
+    if isinstance(number, str):
+        parts = split_text(str(number))
+    elif is_quantity(number):
+        parts = float(number.value), unit_text(number.units)
+    if parts and parts[1]:
+        number = to_unit(field, parts[1], where, number)(parts[0])
     if isinstance(number, float | np.floating) and math.isinf(number):
         return high if number > 0 else low
     if field.whole and isinstance(number, float | np.floating):

@@ -1,5 +1,6 @@
 """Whole experiments: real processes, a real router, real failures."""
 
+import gc
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -73,6 +74,14 @@ def test_what_the_clock_counts_as_done_an_output_has_written(
     assert not ahead
     assert not told.errors
     assert len(rows(tmp_path / "log.txt")) == 12
+
+
+def test_what_the_program_has_frozen_stays_frozen(tmp_path: Path) -> None:
+    gc.freeze()
+    lab = Experiment("one", dt=0.1, duration="0.2 s", folder=PARTS, record=False)
+    lab.input("wave", "parts.py:Wave")
+    assert lab.run(tmp_path).ticks == 2
+    assert gc.get_freeze_count() > 0
 
 
 def test_an_empty_experiment_says_what_to_add() -> None:

@@ -85,7 +85,7 @@ def agrees(robot: Any, emulator: Any) -> bool:
 
 
 def turned(robot: Any, emulator: Any) -> bool:
-    """Whether it says by how much its wheels have turned, within two counts."""
+    """Return whether its state has the turns of its wheels, within two counts."""
     at, wheels = true(emulator), ("wheel/left", "wheel/right")
     return all(abs(robot.state[path] - at[path]) < COUNTS for path in wheels)
 

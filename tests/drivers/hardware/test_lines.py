@@ -48,8 +48,8 @@ def test_packets_that_are_damaged(tmp_path: Path, name: str, fault: str) -> None
         keep(robot, STAND, lambda: kind.obeys(emulator) == kind.stands)
         if kind.at_port:
             keep(robot, STAND, lambda: turned(robot, emulator), seconds=5.0)
-            # While nobody looked, each servo's watchdog stopped it at another moment:
-            # such a way is no arc, and its end is not known from the wheels' turns.
+            # Without a connection each servo stopped by itself, at another moment. Then
+            # the robot's path was no arc, and the turns do not give its end.
             if not robot.figures()["reconnects"]:
                 keep(robot, STAND, lambda: agrees(robot, emulator), seconds=5.0)
         assert kind.told(emulator) == {*kind.stands, *kind.goes}
