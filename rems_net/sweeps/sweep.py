@@ -36,7 +36,7 @@ from rems_net.sweeps.work import (
     Run,
     described,
     replaced,
-    varied,
+    vary,
     work,
 )
 
@@ -200,7 +200,8 @@ def _check(lab: Experiment, runs: Sequence[Run], some: Sequence[str]) -> list[st
         }
         try:
             replaced(tryout, run)
-            agents = varied(tryout, run)
+            vary(tryout, run)
+            agents = tryout.check()
         except ExperimentError as error:
             raise ExperimentError(f"{uncoded(error)} (R1021)") from None
         check_direct(tryout.plans, agents)

@@ -13,7 +13,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rems_net.agents.agent import Agent
 from rems_net.agents.experiment import origins
 from rems_net.agents.experiment.again.changed import replace_in, set_in
 from rems_net.agents.experiment.experiment import Experiment
@@ -25,7 +24,7 @@ from rems_net.errors import AgentError, ExperimentError, RemsError, uncoded
 from rems_net.events import Event, listening
 from rems_net.recordings.manifest import Manifest
 from rems_net.router.message import machine
-from rems_net.sweeps.measures import Measure, measures, sampled
+from rems_net.sweeps.measures import measures, sampled
 
 PACKAGE = Path(__file__).parent.parent
 #: words of `status`
@@ -109,11 +108,10 @@ def _row(spec: Mapping[str, Any], run: Run, folder: Path) -> Row:
     values: Sequence[tuple[object, str]] = ()
     status, error = DONE, ""
     try:
-        agents = varied(lab, run)
-        some = measures(spec["measures"], agents)
+        vary(lab, run)
         engine = lab.engine(out=folder)
         with engine:
-            values = _stepped(engine, some, agents)
+            values = _stepped(engine, spec["measures"])
     except RemsError as why:
         if isinstance(why, AgentError) and NO_ROOM in str(why):
             raise ExperimentError(
@@ -129,11 +127,10 @@ def _row(spec: Mapping[str, Any], run: Run, folder: Path) -> Row:
     return Row(run.number, status, engine.n, values, error)
 
 
-def _stepped(
-    engine: Solo, some: Sequence[Measure], agents: Mapping[str, Agent]
-) -> list[tuple[object, str]]:
+def _stepped(engine: Solo, texts: Sequence[str]) -> list[tuple[object, str]]:
     """Make all ticks; return the values of the measures."""
-    here = {key: engine[key] for key in agents if not key.startswith("output/")}
+    here = engine.agents
+    some = measures(texts, here)
     if not any(one.lasting for one in some):
         engine.run()
         kept = sampled(some, here)
@@ -158,16 +155,12 @@ def replaced(lab: Experiment, run: Run) -> None:
             replace_in(lab, key, str(cls))
 
 
-def varied(lab: Experiment, run: Run) -> dict[str, Agent]:
-    """Give an experiment the seed and the settings of a run; return its agents.
-
-    Raises ExperimentError for a value that it cannot have.
-    """
+def vary(lab: Experiment, run: Run) -> None:
+    """Give an experiment the seed and the settings of a run. Raises ExperimentError."""
     lab.seed = run.seed
     for where, value in run.point.items():
         if where not in lab.plans:
             set_in(lab, where, value)
-    return lab.check()
 
 
 def built(spec: Mapping[str, Any], run: Run) -> Experiment:

@@ -16,7 +16,13 @@ from rems_net.events import Event, listening
 
 def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
     """Return a lineup's members for an engine. outputs: whether it writes files."""
-    agents = lab.check(seed)
+    return members_of(lab, lab.check(seed), outputs=outputs)
+
+
+def members_of(
+    lab: Lineup, agents: Mapping[str, Agent], *, outputs: bool
+) -> list[Member]:
+    """Return these agents, which a lineup has just checked, as members."""
     return [
         Member(agents[key], plan.sources, plan.since, plan.again)
         for key, plan in lab.plans.items()

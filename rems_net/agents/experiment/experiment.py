@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.connections import check_hands
-from rems_net.agents.experiment.checking.settings import check_pace, make_folder
+from rems_net.agents.experiment.checking.settings import (
+    check_folder,
+    check_pace,
+    make_folder,
+)
 from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.direct import (
     check_direct,
     check_fast,
-    members,
+    members_of,
     run_direct,
 )
 from rems_net.agents.experiment.folder import (
@@ -195,23 +199,27 @@ class Experiment(Lineup):
         ExperimentError for a mistake in the experiment.
         """
         registry.end_import()
-        if out is not None:
+        if outputs := out is not None:
             self.add_recorder()
-        agents = self.check()
-        check_direct(self.plans, agents)
-        folder = Path() if out is None else make_folder(out)
-        if out is not None:
-            put_manifest(manifest(self, agents, native=True), folder)
-        for text in doubts(agents):
-            warn("start", text)
+        folder = Path() if out is None else check_folder(out)
 
-        def build(seed: int) -> list[Member]:
+        def checked(seed: int) -> dict[str, Agent]:
             for plan in self.plans.values():
                 plan.out = folder
-            return members(self, seed, outputs=out is not None)
+            return self.check(seed)
 
+        def build(seed: int) -> list[Member]:
+            return members_of(self, checked(seed), outputs=outputs)
+
+        agents = checked(self.seed)
+        check_direct(self.plans, agents)
+        if outputs:
+            put_manifest(manifest(self, agents, native=True), make_folder(folder))
+        for text in doubts(agents):
+            warn("start", text)
         ticks = self.ticks(agents) if self.ends(agents) else None
-        return Solo(build, self.dt, ticks, seed=self.seed)
+        first = members_of(self, agents, outputs=outputs)
+        return Solo(build, self.dt, ticks, seed=self.seed, members=first)
 
     def add_recorder(self) -> None:
         """Add an output that records the run, unless there is one or none is wanted.

@@ -47,7 +47,8 @@ class Solo:
     a process that was started pinned, as `rems` starts its own (else it warns).
 
     build: makes the members for a seed, prepared.  dt: seconds of a tick.  ticks:
-    number after which `run()` ends; None for no end.
+    number after which `run()` ends; None for no end.  members: those for this seed, if
+    they are made already: the first `open()` takes them.
     """
 
     def __init__(
@@ -57,9 +58,10 @@ class Solo:
         ticks: int | None = None,
         *,
         seed: int = 0,
+        members: Sequence[Member] = (),
     ):
         self.dt, self.ticks, self.seed = dt, ticks, seed
-        self._build = build
+        self._build, self._first = build, members
         #: the newest tick that was done; 0 before the first
         self.n = 0
         #: files that the outputs have made; known after `close`
@@ -79,13 +81,19 @@ class Solo:
         """Fabric time [s] at the end of the newest tick."""
         return time_of(self.n, self.dt)
 
+    @property
+    def agents(self) -> Mapping[str, Agent]:
+        """All agents, by key, to be read."""
+        return self._here().agents
+
     def open(self) -> Self:
         """Build every agent and let it acquire its devices and files. Returns self."""
         if self._engine is not None:
             raise ExperimentError(
                 "this engine is open already; close() it first. (R0434)"
             )
-        members, engine = self._build(self.seed), Engine()
+        members, engine = self._first or self._build(self.seed), Engine()
+        self._first = ()
         for agent, sources, _, again in members:
             if isinstance(agent, Output):  # an engine has nobody to leave behind
                 runtime(agent).in_step = True
@@ -128,7 +136,7 @@ class Solo:
         """
         seed = self.seed if seed is None else check_seed(seed)
         self.close()
-        self.seed = seed
+        self.seed, self._first = seed, ()
         return self.open()
 
     def __enter__(self) -> Self:

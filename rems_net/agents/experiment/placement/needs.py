@@ -5,6 +5,7 @@ import hashlib
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path, PurePath
 
 from rems_net.agents.agent import Agent
@@ -51,17 +52,23 @@ def code_of(file: Path, folder: Path) -> dict[str, str]:
 
 
 def _imported(source: bytes) -> Iterator[Path]:
+    for name in _imports(source):
+        if (path := file_of(name)) and is_users(str(path)):
+            yield path.resolve()
+
+
+@lru_cache(maxsize=64)
+def _imports(source: bytes) -> list[str]:
+    """Return the names that a source imports; a sweep asks for the same at each run."""
+    names: list[str] = []
     with suppress(SyntaxError, ValueError):
         for node in ast.walk(ast.parse(source)):
-            names: list[str] = []
             if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
+                names += [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom) and node.module:
                 inner = [f"{node.module}.{alias.name}" for alias in node.names]
-                names = [node.module, *inner]
-            for name in names:
-                if (path := file_of(name)) and is_users(str(path)):
-                    yield path.resolve()
+                names += [node.module, *inner]
+    return names
 
 
 def file_of(module: str) -> Path | None:
