@@ -8,6 +8,7 @@ import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import astuple, dataclass
 
 #: beginning of an event in a host process's output (ASCII: record separator)
@@ -77,11 +78,21 @@ def warn(kind: str, text: str, agent: str = "", tick: int = 0) -> None:
 
 
 @contextmanager
-def listening(listener: Callable[[Event], None]) -> Iterator[None]:
+def listening(
+    listener: Callable[[Event], None], *, own: bool = False
+) -> Iterator[None]:
     """Call `listener` with each event of this process, in the thread that reports it.
 
     Only the newest listener gets events. Without any, warnings are printed on stderr.
+    own: it gets those of this thread alone, which no other listener gets.
     """
+    if own:
+        before = _own.set(listener)
+        try:
+            yield
+        finally:
+            _own.reset(before)
+        return
     _listeners.append(listener)
     try:
         yield
@@ -90,7 +101,7 @@ def listening(listener: Callable[[Event], None]) -> Iterator[None]:
 
 
 def _report(event: Event) -> None:
-    _listeners[-1](event)
+    (_own.get() or _listeners[-1])(event)
     event.log()
 
 
@@ -99,6 +110,7 @@ def _print(event: Event) -> None:
         print(event, file=sys.stderr, flush=True)
 
 
+_own: ContextVar[Callable[[Event], None] | None] = ContextVar("listener", default=None)
 _listeners: list[Callable[[Event], None]] = [_print]
 # otherwise Python prints warnings a second time
 LOGGER.addHandler(logging.NullHandler())

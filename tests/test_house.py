@@ -81,7 +81,9 @@ ROOMS: dict[str, set[str]] = {
     "agents/protocol": BASE | {"router", "agents", "engine"},
     "agents/clock": BASE | {"router", "agents", "agents/protocol", "engine"},
     "agents/host": BASE | {"router", "agents", "agents/protocol", "engine"},
-    "agents/experiment": WORDS | {"agents/protocol", "agents/clock", "engine"},
+    # A host, too: the one that is a thread of the run itself.
+    "agents/experiment": WORDS
+    | {"agents/protocol", "agents/clock", "agents/host", "engine"},
     "robots": SHIPPED,
     "drivers": SHIPPED,
     "drivers/kinematic": SHIPPED | {"drivers"},

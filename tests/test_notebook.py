@@ -130,7 +130,7 @@ def test_a_class_in_a_cell_is_refused(kernel: Kernel, cells: list[str]) -> None:
     assert said["error"] == (
         "ExperimentError: Curve is in no file: it was typed at a prompt or in a cell, "
         "or came with -c or through a pipe, so the process of its agent cannot find "
-        "it. Step it in this process, by run(direct=True), or put it into a file, such "
+        "it. Keep it in this program by host='here', or put it into a file, such "
         "as mine.py, and write 'mine.py:Curve'. A cell that begins with %%writefile "
         "mine.py writes that file."
         " (R0427)"

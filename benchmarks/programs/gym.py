@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from queue import SimpleQueue
@@ -166,11 +166,15 @@ def main() -> None:
         found |= some | {"threads": some["threads"] * 8}
         found["reset"] = rates({"reset": resetting(env)}, max(1, steps // 10))["reset"]
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder, "out")
-        fabric = make(lab("kinematic", host="one"), fabric=True, out=out, **PORTS)
-        with raw() as zenoh:
-            found |= rates({"fabric": stepping(fabric, action), "zenoh": zenoh}, steps)
-        fabric.close()
+        out, ways = Path(folder, "out"), {}
+        with ExitStack() as stack:
+            for name, host in (("fabric", "one"), ("here", "here")):
+                made = lab("kinematic", host=host)
+                made.fabric = name
+                env = make(made, fabric=True, out=out / name, **PORTS)
+                ways[name] = stepping(stack.enter_context(closing(env)), action)
+            ways["zenoh"] = stack.enter_context(raw())
+            found |= rates(ways, steps)
     print(json.dumps(found))
 
 

@@ -216,8 +216,8 @@ def reference(cls: type) -> str:
             raise ExperimentError(
                 f"{cls.__name__} is in no file: it was typed at a prompt or in a cell, "
                 "or came with -c or through a pipe, so the process of its agent cannot "
-                "find it. Step it in this process, by run(direct=True), or put it into "
-                f"a file, such as mine.py, and write 'mine.py:{cls.__name__}'. A cell "
+                "find it. Keep it in this program by host='here', or put it into a "
+                f"file, such as mine.py, and write 'mine.py:{cls.__name__}'. A cell "
                 "that begins with %%writefile mine.py writes that file. (R0427)"
             )
     if "<locals>" in cls.__qualname__:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
 
-from rems_net.agents.experiment.hosts import HostProcess
+from rems_net.agents.experiment.hosting.process import HostProcess
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
 from rems_net.firmware import build

@@ -97,7 +97,7 @@ class OnFabric:
             ]
             self._boxes = {key: Mailbox() for key in self.ports.observe}
             for key, box in self._boxes.items():
-                session.watch(session.key(key), box, remote=True)
+                session.watch(session.key(key), box)
             self._stack = stack.pop_all()
 
     def _newest(self, key: str) -> DefDict:

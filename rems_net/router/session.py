@@ -59,6 +59,9 @@ DOUBT = 0.25
 class Session:
     """Membership of one process in a fabric. `with Session(link) as session:`."""
 
+    #: whether a clock and a host of its own process share it
+    near = False
+
     def __init__(self, link: Link):
         self.link = link
         self._keep: list[object] = []
@@ -86,6 +89,12 @@ class Session:
         """Return the same session with keys on this fabric; both close together."""
         other = copy(self)
         other.link = replace(self.link, fabric=fabric)
+        return other
+
+    def beside(self) -> "Session":
+        """Return the same session for a host in this process; both close together."""
+        other = copy(self)
+        other.near = True
         return other
 
     def routers(self) -> list[str]:

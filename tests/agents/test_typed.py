@@ -43,8 +43,8 @@ for one in (Cart, Dart):
 def sentence(name: str) -> str:
     return (
         f"{name} is in no file: it was typed at a prompt or in a cell, or came with "
-        "-c or through a pipe, so the process of its agent cannot find it. Step it in "
-        "this process, by run(direct=True), or put it into a file, such as mine.py, "
+        "-c or through a pipe, so the process of its agent cannot find it. Keep it in "
+        "this program by host='here', or put it into a file, such as mine.py, "
         f"and write 'mine.py:{name}'. A cell that begins with %%writefile mine.py "
         "writes that file. (R0427)"
     )

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from rems_net.agents.experiment.hosts import HostProcess
+from rems_net.agents.experiment.hosting.process import HostProcess
 from rems_net.client import Fabric, join
 from rems_net.client.proxy import Proxy
 from rems_net.errors import FabricError

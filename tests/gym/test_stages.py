@@ -35,12 +35,14 @@ if world:
     ball = {"name": "ball", "x": 0.2, "radius": 0.02, "mass": 0.05}
     lab.world("w", options={"radius": 0.6, "balls": [ball]})
     more["world"] = "w"
+if fabric == "here":
+    more["host"] = "here"
 if __name__ == "__main__":
     lab.robot("sim", "woodbot", driver, **more)
     env = rems_net.gym.make(
         lab, act="robot/sim/command", observe=["robot/sim/state", "robot/sim/sensors"],
         start={"robot/sim.x": "-10..0 cm", "robot/sim.heading": "-180..180 deg"},
-        limit="100 s", normalise=True, fabric=fabric, out=out)
+        limit="100 s", normalise=True, fabric=bool(fabric), out=out)
     random, rows = np.random.default_rng(1), []
     for episode in range(2):
         rows.append(env.reset(seed=3 + episode)[0])
@@ -85,15 +87,15 @@ def test_a_script_without_a_guard_starts_one_fabric(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "read\n"), done.stderr
 
 
-def holds(folder: Path, name: str, steps: int) -> None:
-    """Check that both stages give the same observations, and the same recording."""
+def holds(folder: Path, name: str, steps: int, *fabrics: bool | str) -> None:
+    """Check that all stages give the same observations, and the same recording."""
     if "mujoco" in name:
         pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     program = folder / "stages.py"
     program.write_text(PROGRAM)
     found = []
     pinned = environment({**os.environ, "PYTHONPATH": str(ROOT)})
-    for fabric in (False, True):
+    for fabric in (False, *fabrics):
         out = f"out{fabric}"
         words = repr((*CASES[name], steps, out, fabric))
         done = subprocess.run(
@@ -108,15 +110,19 @@ def holds(folder: Path, name: str, steps: int) -> None:
         recorded = (folder / out / "run.mcap").read_bytes()
         rows = (folder / f"{out}.npy").read_bytes()
         found.append((rows, hashlib.sha256(recorded).hexdigest()))
-    assert found[0] == found[1]
+    assert all(one == found[0] for one in found)
 
 
-@pytest.mark.parametrize("name", ["mujoco world"])
-def test_the_same_bits_on_an_engine_and_on_a_fabric(tmp_path: Path, name: str) -> None:
-    holds(tmp_path, name, 40)
+@pytest.mark.parametrize(
+    ("name", "fabric"), [("mujoco world", True), ("kinematic", "here")]
+)
+def test_the_same_bits_on_an_engine_and_on_a_fabric(
+    tmp_path: Path, name: str, fabric: bool | str
+) -> None:
+    holds(tmp_path, name, 40, fabric)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_of_a_thousand_random_actions(tmp_path: Path, name: str) -> None:
-    holds(tmp_path, name, 1000)
+    holds(tmp_path, name, 1000, True, *() if CASES[name][1] else ("here",))

@@ -29,11 +29,11 @@ from rems_net.agents.experiment.folder import (
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.experiment.solo import Member, Solo, warn_of_numerics
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import HERE, Plan
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, warn
@@ -145,10 +145,10 @@ class Experiment(Lineup):
         agents: from `check`.  nobody: a warning that nothing is commanded, or "".
         """
         for plan in self.plans.values():  # before anything is moved or printed
-            for cls in plan.classes:
+            for cls in plan.classes if plan.host != HERE else ():
                 reference(cls)
         # Here: the network takes a fifth of a second to load.
-        from rems_net.agents.experiment.hosts import Hosts, restarts
+        from rems_net.agents.experiment.hosting.hosts import Hosts, restarts
         from rems_net.agents.experiment.placement.offers import machines_of, make_offers
         from rems_net.agents.experiment.run import Run
         from rems_net.agents.protocol.terms import Terms
@@ -183,7 +183,10 @@ class Experiment(Lineup):
         )
         # before the folder's lock, whose error would name another cause
         check_files(SESSION + PROCESS * len(here))
-        with own_folder(self, out, agents, show, pace=pace) as folder:
+        near = [agents[plan.key].needs for plan in here.get(HERE, ())]
+        warn_of_numerics(*sorted({library for needs in near for library in needs}))
+        native = bool(near)
+        with own_folder(self, out, agents, show, native=native, pace=pace) as folder:
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             run = Run(fabric, terms, hosts, folder, offers, beside=beside)

@@ -26,6 +26,7 @@ from rems_net.agents.experiment.checking.settings import (
 )
 from rems_net.agents.experiment.checking.worlds import (
     check_ghosts,
+    check_here,
     fill_worlds,
     robot_host,
     world_plan,
@@ -259,6 +260,7 @@ class Lineup:
             with origin(f"{plan.kind} {plan.name!r}"):
                 check_connections(agents[key], plan.sources, entries, agents)
                 check_ghosts(plan, self.plans, entries, agents)
+                check_here(plan, agents[key])
                 called = connect_verbs(agents[key], plan.sources, entries)
             for robot, ports in called.items():
                 sources = self.plans[robot].sources

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.folder import Result, note_end
-from rems_net.agents.experiment.hosts import END, Hosts
+from rems_net.agents.experiment.hosting.hosts import END, Hosts
 from rems_net.agents.experiment.placement.offers import Giving, Offers
 from rems_net.agents.experiment.show import Reports
 from rems_net.agents.protocol.terms import Terms
@@ -100,7 +100,7 @@ class Run:
         # the program around this run has frozen stays frozen.
         ours = not gc.get_freeze_count()
         try:
-            self.hosts.start(link)
+            self.hosts.start(link, clock=clock.session)
             clock.gather()
             giving.close()
             if ours:

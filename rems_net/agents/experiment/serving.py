@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.folder import own_folder
-from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.hosting.hosts import Hosts
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.alike import check_version
@@ -136,7 +136,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
         if any(plan.kind == "output" for plan in lab.plans.values()):
             stack.enter_context(folder)
         try:
-            hosts.start(link, own=False, free=True)
+            hosts.start(link, free=True)
             hosts.wait()
         finally:
             hosts.leave()

@@ -103,7 +103,7 @@ class Solo:
                 inlet.sources = [Given(inlet, engine.given, engine.visits)]
         self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         self._joins = {1, *(entry.since for entry in self._entries)}
-        _warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
+        warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
         try:
@@ -274,7 +274,7 @@ class Solo:
 
 
 @cache
-def _warn_of_numerics(*physics: str) -> None:
+def warn_of_numerics(*physics: str) -> None:
     """Warn, once in a process, that these libraries may give other last digits."""
     if physics and not describe().endswith("pinned"):
         warn(

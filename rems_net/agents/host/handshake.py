@@ -46,8 +46,12 @@ def introduction(
     outlets: Sequence[Outlet],
     *,
     stopped: bool,
+    near: bool,
 ) -> Request:
-    """Return a host's request for admission: itself, its agents and their ports."""
+    """Return a host's request for admission: itself, its agents and their ports.
+
+    near: whether it lives in the process of the run.
+    """
     closing = [f"{o.agent.key}/{o.port}" for o in outlets if o.closing]
     outs: dict[str, dict[str, str]] = {key: {} for key in agents}
     reads: dict[str, list[str]] = {key: [] for key in agents}
@@ -61,6 +65,9 @@ def introduction(
         for k, run in ((k, runtime(a)) for k, a in agents.items())
     ]
     schemas = {o.digest: o.value.schema for o in outlets}
+    # The run's process is not pinned. That matters to physics engines alone, and who
+    # puts one there was warned.
+    numerics = "" if near else describe()[:NUMERICS]
     return Request(
         host,
         laptop(),
@@ -70,7 +77,7 @@ def introduction(
         {digest: schema.to_wire() for digest, schema in schemas.items()},
         stopped,
         ticket,
-        describe()[:NUMERICS],
+        numerics,
     )
 
 

@@ -8,6 +8,7 @@ depend on how agents are spread over hosts.
 import gc
 from collections.abc import Mapping
 from pathlib import Path
+from threading import current_thread
 from typing import Any, NoReturn
 
 from rems_net.agents.about.mistakes import sum_up
@@ -99,10 +100,12 @@ class Host:
         self._seated: Watch | None = None
 
     def build(self, words: Mapping[str, Any]) -> None:
-        """Make the agents from plain data, in the process where they live."""
+        """Make the agents where they live: from plans, or from plain data."""
         folder, out = Path(words["folder"]), Path(words["out"])
-        plans = list(read_plans(words["agents"], folder, words["dt"]))
-        adopt(words["values"])
+        plans = words.get("plans")
+        if plans is None:
+            plans = list(read_plans(words["agents"], folder, words["dt"]))
+            adopt(words["values"])
         for plan in plans:
             self.engine.acting = plan.key
             plan.seed, plan.out = words["seed"], out
@@ -160,6 +163,7 @@ class Host:
             self.inlets,
             self._outlets.all,
             stopped=self.guard.stopped,
+            near=self.session.near,
         )
         if self.free:
             self._begin(wait_for_clock(self.session, request, self.inbox.look))
@@ -183,9 +187,10 @@ class Host:
     def run(self, words: Mapping[str, Any]) -> str | None:
         """Build, open, join, step until released, close, and send a farewell.
 
-        words: from `Hosts.words`: the agents, and their settings. Returns why it
-        failed, if it did.
+        words: from `Hosts`: the agents, and their settings. Returns why it failed, if
+        it did.
         """
+        self.inbox.thread = current_thread()
         with naming_overdue(self.engine.stepped):
             return self._run(words)
 
@@ -207,7 +212,8 @@ class Host:
             self.join()
             self.over = False
             # Freeze existing objects: to search them again costs a swarm a tenth.
-            gc.freeze()
+            if not self.session.near:  # else the run does, for its whole process
+                gc.freeze()
             self._go_on()
         except Released:
             pass

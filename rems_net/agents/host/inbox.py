@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from math import inf
+from threading import main_thread
 
 from rems_net.agents.about.wiring import Entry
 from rems_net.agents.host.guard import Guard
@@ -50,6 +51,8 @@ class Inbox:
     ):
         self.session, self.name, self.guard = session, name, guard
         self.box = Mailbox()
+        #: that of the host
+        self.thread = main_thread()
         #: the `every` of each agent, if all agents here are free-running
         self.rates: list[int] = []
         #: full keys at which programs outside may put values for this host
@@ -97,8 +100,10 @@ class Inbox:
         if crowd:
             self.overheard = {glob(key) for key in told}
             keys = keys - told | self.overheard
+        # The program of the run may put values itself, in the session of this host.
+        ours = told | self.overheard if self.session.near else ()
         for key in sorted(keys):
-            self.session.watch(key, self.box, remote=True)
+            self.session.watch(key, self.box, remote=key not in ours)
 
     def watch(self) -> None:
         """Subscribe to the clock; if free-running, messages may be lost."""

@@ -149,25 +149,27 @@ def outlets_of(agents: Mapping[str, Agent], session: Session) -> list[Outlet]:
         for port, schema in agent.published().items():
             key = session.key(agent.key, port)
             encoding = f"{schema.name}@{schema.digest}"
+            # An In must not receive its own value as that of a program outside.
+            away = not session.near or port in agent.ins()
             # Values for programs that look may be lost; those for members may not.
-            show = partial(session.putting, key, encoding, block=False, remote=True)
+            show = partial(session.putting, key, encoding, block=False, remote=away)
             step = session.key(agent.key, STEP, port)
             send = partial(
                 session.putting,
                 step,
                 encoding,
                 block=runtime(agent).in_step,
-                remote=True,
+                remote=not session.near,
             )
             publisher: Puts
             if not many:
-                publisher = session.publisher(key, encoding, block=False, remote=True)
+                publisher = session.publisher(key, encoding, block=False, remote=away)
             elif port in agent.ins():
                 publisher = Unseen()
             else:
                 whole = glob(key)
                 if whole not in crowds:
-                    crowds[whole] = session.publisher(whole, block=False, remote=True)
+                    crowds[whole] = session.publisher(whole, block=False, remote=away)
                 publisher = Member(crowds[whole], show)
             made.append(Outlet(agent, port, key, publisher, send))
     return made
@@ -228,12 +230,13 @@ def crowds_of(outlets: list[Outlet], session: Session) -> list[Crowd]:
             of = outlet.agent.kind, outlet.port, encoding
             alike.setdefault(of, []).append(outlet)
     made = []
+    away = not session.near
     for (kind, port, encoding), some in alike.items():
         key, step = (session.key(kind, chunk, port) for chunk in (ALL, STEP))
-        send = partial(session.putting, step, encoding, remote=True)
+        send = partial(session.putting, step, encoding, remote=away)
         publisher: Publisher | Unseen = Unseen()
         if isinstance(some[0].publisher, Member):
-            publisher = session.publisher(key, encoding, block=False, remote=True)
+            publisher = session.publisher(key, encoding, block=False, remote=away)
         made.append(Crowd(key, encoding, some, publisher, send))
     return made
 

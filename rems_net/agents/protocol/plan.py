@@ -31,6 +31,8 @@ COMMON: dict[str, Any] = {
     "rules": [],
 }
 
+#: the host that is no process, but a thread of the run's own
+HERE = "here"
 #: in a table: the calls from outside that a rerun repeats
 AGAIN = "calls again"
 #: one agent, as in a file
@@ -261,7 +263,7 @@ def written(
     tables = ((p.kind, p.table(agents[p.key], dt, reference)) for p in plans)
     return {
         "agents": by_kind(tables),
-        "taken": {p.key: _taken(agents[p.key]) for p in plans},
+        "taken": taken(plans, agents),
         "dt": dt,
         "seed": plans[0].seed,
     }
@@ -272,8 +274,14 @@ def usual_sources(cls: type[Agent]) -> dict[str, str]:
     return {port: one.source for port, one in cls.ins().items() if one.source}
 
 
+def taken(
+    plans: Sequence[Plan], agents: Mapping[str, Agent]
+) -> dict[str, dict[str, bytes]]:
+    """Return the schemas of Ins that take the schema of their source, by agent."""
+    return {plan.key: _taken(agents[plan.key]) for plan in plans}
+
+
 def _taken(agent: Agent) -> dict[str, bytes]:
-    """Return the schemas of Ins that take the schema of their source."""
     schemas = agent.schemas()
     open_ = [port for port in agent.ins() if type(agent).ports()[port].is_open]
     return {p: s.to_wire() for p in open_ if (s := schemas.get(p))}

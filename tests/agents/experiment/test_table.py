@@ -10,7 +10,7 @@ import pytest
 from rems_net.agents.experiment.again.replayed import nested
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.folder import own_folder
-from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.hosting.hosts import Hosts
 from rems_net.agents.experiment.placement.offers import make_offers
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.placement import read_offer

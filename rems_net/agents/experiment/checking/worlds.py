@@ -8,7 +8,8 @@ from rems_net.agents import parts
 from rems_net.agents.about.wiring import Entry, resolve
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.settings import origin
-from rems_net.agents.protocol.plan import Plan, ghost_sources
+from rems_net.agents.protocol.plan import HERE, Plan, ghost_sources
+from rems_net.agents.robot import Robot
 from rems_net.agents.rules import connect, given_part
 from rems_net.agents.runtime import runtime
 from rems_net.agents.world import World, gather
@@ -30,6 +31,22 @@ def robot_host(name: str, host: str | None, world: str | None) -> str:
             "share a process anyway: leave host out. (R0432)"
         )
     return f"world/{check_name(world, 'world')}"
+
+
+def check_here(plan: Plan, agent: Agent) -> None:
+    """Raise ExperimentError for an agent that must not live in the run's process."""
+    if plan.host != HERE:
+        return
+    if what := "machine" if plan.machine else "restart" if plan.restart else "":
+        raise ExperimentError(
+            f"it has {what}, and host = {HERE!r} is the program that runs the "
+            f"experiment; leave {what} or host out. (R0433)"
+        )
+    if isinstance(agent, Robot) and not agent.lockstep:
+        raise ExperimentError(
+            "it drives a device, which must stand still if the program of its run is "
+            f"busy or dies; leave host = {HERE!r} out. (R0433)"
+        )
 
 
 def world_plan(name: str, options: Mapping[str, Any], folder: Path) -> Plan:

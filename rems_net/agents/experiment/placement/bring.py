@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from rems_net.agents.experiment.folder import own_folder
-from rems_net.agents.experiment.hosts import Hosts
+from rems_net.agents.experiment.hosting.hosts import Hosts
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.placement.models import check_models
 from rems_net.agents.experiment.placement.offered import Use, uses
@@ -144,7 +144,7 @@ def serve_run(
             with out_folder(offer, machine, show, data) as out:
                 hosts = Brought(offer, here, data, out, show)
                 try:
-                    hosts.start(session.link, own=False)
+                    hosts.start(session.link)
                     hosts.wait()
                 finally:
                     hosts.leave()

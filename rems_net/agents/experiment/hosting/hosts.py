@@ -1,143 +1,32 @@
 """Hosts: the processes that a run, or a machine, starts for its agents."""
 
 import os
-import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from secrets import randbits
-from typing import IO, Any
+from typing import TYPE_CHECKING, Any
 
 from rems_net.agents.agent import Agent
+from rems_net.agents.experiment.hosting.process import HostProcess
 from rems_net.agents.experiment.show import Reports, Show
 from rems_net.agents.experiment.source.values import values
-from rems_net.agents.protocol.limits import OVER, OVER_SAID, backoff
-from rems_net.agents.protocol.plan import Plan, written
+from rems_net.agents.protocol.limits import OVER, backoff
+from rems_net.agents.protocol.plan import HERE, Plan, taken, written
 from rems_net.errors import AgentError, uncoded
-from rems_net.events import Event, read_line
-from rems_net.interrupts import without_ctrl_c
-from rems_net.maths.numerics import environment
+from rems_net.events import Event
 from rems_net.router.files import PROCESS, check_files
-from rems_net.router.message import pack
 from rems_net.router.settings import Link
+
+if TYPE_CHECKING:
+    from rems_net.agents.experiment.hosting.thread import HostThread
+    from rems_net.router.session import Session
 
 #: s. A run ends within this time, also after errors.
 END = 2.0
 #: s. Time between two checks of processes that nothing else watches.
 LOOK = 0.05
-#: the command of a host process
-HOST = (sys.executable, "-m", "rems_net.agents.host")
-#: On Windows a pipe takes only Western letters by default: others would end a run.
-PRINTS = {"PYTHONIOENCODING": "utf-8:backslashreplace"}
-
-
-class HostProcess:
-    """One process that runs agents.
-
-    say: called with its name and each event of it.  command: its command line; the
-    program must end with its standard input.
-    native: whether it uses all features of this processor. Then the last digits of
-    recordings differ from those of other processors.
-
-    The process reads its plans from its standard input, which stays open: if this
-    process dies in any way, the host reads the end of its input and stops.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        say: Callable[[str, Event], None],
-        *,
-        command: Sequence[str] = HOST,
-        native: bool = False,
-    ):
-        self.name, self._say = name, say
-        self._command, self._native = command, native
-        self._process: subprocess.Popen[bytes] | None = None
-        self._reader: threading.Thread | None = None
-
-    def start(self, spec: Mapping[str, Any] | None) -> None:
-        """Start it, and send `spec` (plain data) if there is one."""
-        # A terminal's signals are for the run. Ctrl+Z, or closing the window, would
-        # take the driver away from a moving robot. A process group of its own is
-        # enough; with a session for each host, Linux would divide the cores by session
-        # (autogroup): 1.7 times as many task switches per tick.
-        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
-        with without_ctrl_c():
-            self._process = subprocess.Popen(
-                [*self._command],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                creationflags=apart,
-                process_group=0,
-                env=environment(os.environ, native=self._native) | PRINTS,
-            )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        if spec is not None:
-            payload = pack(dict(spec))
-            with suppress(BrokenPipeError):  # it died at once, which is reported later
-                self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
-                self._process.stdin.flush()
-        self._reader = threading.Thread(
-            target=self._listen, args=(self._process.stdout,), daemon=True
-        )
-        self._reader.start()
-
-    def _listen(self, pipe: IO[bytes]) -> None:
-        with pipe:
-            for line in pipe:
-                text = line.decode(errors="replace").rstrip()
-                for event in read_line(text, self.name):
-                    event.log()
-                    self._say(self.name, event)
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid if self._process else 0
-
-    def death(self) -> str | None:
-        """Return how it died, if it did, such as `was killed by signal 9`."""
-        status = self.status
-        if status is None:
-            return None
-        if status == OVER:
-            return OVER_SAID
-        if status < 0:
-            return f"was killed by signal {-status}"
-        return f"exited with status {status}"
-
-    @property
-    def status(self) -> int | None:
-        """Its exit status, once it has ended."""
-        return self._process.poll() if self._process else None
-
-    def leave(self) -> None:
-        """Close its standard input, so that it closes its agents and ends."""
-        if self._process is not None and self._process.stdin is not None:
-            with suppress(BrokenPipeError):  # it died with its input unread
-                self._process.stdin.close()
-
-    def kill(self) -> None:
-        """End it by force, if it has not ended."""
-        if self._process is not None:
-            self._process.kill()
-
-    def end(self) -> None:
-        """Wait for its end, and for the last lines that it printed."""
-        process = self._process
-        if process is None:
-            return
-        process.wait()
-        self.leave()
-        if self._reader is not None:
-            self._reader.join(1.0)
-        elif process.stdout is not None:
-            process.stdout.close()  # Ctrl+C came before the reader was started
 
 
 def restarts(plans: Mapping[str, Sequence[Plan]]) -> dict[str, int]:
@@ -159,7 +48,7 @@ class Hosts:
     ):
         self.plans, self.agents, self.show = plans, agents, show
         self._dt, self._native = dt, native
-        self.processes: dict[str, HostProcess] = {}
+        self.processes: dict[str, HostProcess | HostThread] = {}
         #: the number by which each host proves to the clock that this run started it
         self.tickets = {name: 1 + randbits(62) for name in plans}
         self._dead: dict[str, int] = {}
@@ -172,15 +61,25 @@ class Hosts:
         self._stop = ""
         self._failed: dict[str, str] = {}  # why a host on an open fabric has failed
 
-    def start(self, link: Link, *, own: bool = True, free: bool = False) -> None:
-        """Start one process for each host. own: the clock is in this process, too.
+    def start(
+        self,
+        link: Link,
+        *,
+        clock: "Session | None" = None,
+        free: bool = False,
+    ) -> None:
+        """Start each host: a process, or if the clock is here, a thread beside it.
 
+        clock: the session of a clock in this process.
         free: the hosts join an open fabric, whose clock waits for no host.
 
         Raises FabricError for too few file handles.
         """
         check_files(PROCESS * len(self.plans))
         for name in self.plans:
+            if clock is not None and name == HERE:
+                self._start_here(clock)
+                continue
             self._specs[name] = {
                 "endpoint": link.endpoint,
                 "fabric": link.fabric,
@@ -190,7 +89,7 @@ class Hosts:
                 "free": free,
                 "brought": False,
                 "restarts": 0,
-                "ticket": self.tickets[name] if own else 0,
+                "ticket": 0 if clock is None else self.tickets[name],
                 # bytes, since a folder's name need not be UTF-8
                 "path": [os.fsencode(entry) for entry in sys.path],
                 **self.words(name),
@@ -200,6 +99,24 @@ class Hosts:
     def _start(self, name: str) -> None:
         self.processes[name] = HostProcess(name, self.say, native=self._native)
         self.processes[name].start(self._specs[name])
+
+    def _start_here(self, clock: "Session") -> None:
+        # Imported here: most runs have no use for the code of a host.
+        from rems_net.agents.experiment.hosting.thread import HostThread
+
+        plans = self.plans[HERE]
+        self._specs[HERE] = {
+            "free": False,
+            "ticket": self.tickets[HERE],
+            "plans": plans,
+            "folder": plans[0].folder,
+            "out": plans[0].out,
+            "dt": self._dt,
+            "seed": plans[0].seed,
+            "taken": taken(plans, self.agents),
+        }
+        self.processes[HERE] = HostThread(HERE, clock, self.say)
+        self.processes[HERE].start(self._specs[HERE])
 
     def start_again(self, name: str) -> None:
         """Start a crashed host's process again; ignore a host of another machine."""

@@ -1,0 +1,1 @@
+"""Hosting: the processes of a run, and the thread beside its clock."""
