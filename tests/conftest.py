@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from tests.dashboard.browser import Chromium
@@ -21,6 +22,10 @@ ROOT = Path(__file__).parents[1]
 # processor time of `import numpy`, and the tests start thousands of processes. The
 # matrices of the tests need no threads.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# An example may take long on a busy machine: time is what benchmarks are for.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -171,7 +171,7 @@ def test_a_place(tmp_path: Path) -> None:
 
 
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_links(shoulder: float, top: float, bottom: float) -> None:
     """They are where the body's own mathematics has them, also in closed loops."""
     pytest.importorskip("mujoco")

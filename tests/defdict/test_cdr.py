@@ -16,9 +16,7 @@ from rems_net.errors import WireError
 from tests.defdict.golden import CASES, FOLDER
 from tests.defdict.strategies import schemas, values
 
-FEW = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+FEW = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 drawn = schemas.flatmap(lambda one: st.tuples(st.just(one), values(one)))
 
 

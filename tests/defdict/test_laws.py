@@ -15,7 +15,6 @@ from tests.defdict.strategies import floats, names, plain_schemas, schemas, valu
 msgpack: Any = importlib.import_module("msgpack")
 settings.register_profile(
     "laws",
-    deadline=None,
     max_examples=60,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )

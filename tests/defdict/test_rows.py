@@ -1,7 +1,7 @@
 """RowCodec: the messages of a crowd at once, as they are made one by one."""
 
 import numpy as np
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net import Schema
 from rems_net.defdict import Batch, Rows, boolean, cdr, number, row_codec
@@ -11,7 +11,6 @@ STATE = Schema("state", {"y": number("m"), "b": {"x": number("m", range=(-1, 1))
 NUMBERS = st.tuples(st.floats(allow_nan=False, allow_infinity=False), st.floats(-1, 1))
 
 
-@settings(deadline=None)
 @given(st.lists(NUMBERS, min_size=1, max_size=5))
 def test_rows_are_the_messages_of_their_values(
     numbers: list[tuple[float, float]],

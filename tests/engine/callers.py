@@ -88,14 +88,14 @@ class Crowd(Process):
 
 
 class Wrong(Process):
-    """Calls what the setting says, at tick 3."""
+    """Calls what the setting says, at one tick."""
 
-    options = Settings(what=text())
+    options = Settings(what=text(), at=number(default=3))
     sled = In(STATE)
     verbs = Verbs(sled)
 
     def step(self, tick: Tick) -> None:
-        if tick.n == 3:
+        if tick.n == self.options.at:
             exec(f"self.verbs{self.options.what}", {"self": self, "DefDict": DefDict})
 
 

@@ -110,7 +110,7 @@ def holds(made: dict[str, Any]) -> None:
 
 
 @given(experiments())
-@settings(max_examples=2, deadline=None, derandomize=True, phases=[Phase.generate])
+@settings(max_examples=2, derandomize=True, phases=[Phase.generate])
 def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(
     made: dict[str, Any],
 ) -> None:
@@ -120,7 +120,7 @@ def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @given(experiments())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_of_fifty_experiments(made: dict[str, Any]) -> None:
     holds(made)
 

@@ -112,7 +112,7 @@ def test_units_ranges_and_normalised_numbers() -> None:
 
 @pytest.mark.parametrize("driver", ["kinematic", "mujoco"])
 @given(history=st.lists(st.integers(0, 30), max_size=2), seed=st.integers(0, 99))
-@settings(max_examples=4, deadline=None, derandomize=True)
+@settings(max_examples=4, derandomize=True)
 def test_the_same_seed_gives_the_same_episode_after_any_history(
     driver: str, history: list[int], seed: int
 ) -> None:

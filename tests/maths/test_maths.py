@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, strategies as st
 
 from rems_net import maths
 from rems_net.maths.spread import FEW
@@ -38,7 +38,6 @@ def check(name: str, *given: float) -> None:
         assert missed < math.ulp(float(true)), (name, given, found)
 
 
-@settings(deadline=None)
 @given(angles)
 @example(6381956970095103 * 2.0**797)  # of all floats, the nearest to a quarter turn
 @example(math.pi)
@@ -48,7 +47,6 @@ def test_turns(x: float) -> None:
         check(name, x)
 
 
-@settings(deadline=None)
 @given(numbers | st.floats(-20, 20), numbers | st.floats(-20, 20))
 @example(1e-300, 1e300)
 @example(5e-324, -5e-324)
@@ -59,7 +57,6 @@ def test_the_plane(y: float, x: float) -> None:
         check("hypot", x, y)
 
 
-@settings(deadline=None)
 @given(st.floats(-745, 709.7) | st.floats(-1, 1))
 @example(-708.5)
 @example(709.782712893384)
@@ -67,7 +64,6 @@ def test_exp(x: float) -> None:
     check("exp", x)
 
 
-@settings(deadline=None)
 @given(st.floats(5e-324, 1.7e308) | st.floats(0.5, 2))
 def test_log(x: float) -> None:
     check("log", x)

@@ -19,7 +19,7 @@ def covariance(rng: np.random.Generator, n: int) -> np.ndarray:
     return some @ some.T + 0.1 * np.eye(n)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(1, 6),

@@ -5,7 +5,7 @@ from math import inf, nan
 from threading import Event
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall
@@ -35,7 +35,6 @@ def trusting(run: Runtime, max_age: float = 0.5) -> Watchdog:
 ages = st.floats(0, 2) | st.sampled_from([0.47, 0.49, 0.5, 0.51, inf, nan])
 
 
-@settings(deadline=None)
 @given(age=ages, stop=st.booleans(), own=st.booleans(), said=st.none() | st.just(7))
 def test_a_command_is_obeyed_only_if_all_is_well(
     age: float, stop: bool, own: bool, said: int | None

@@ -99,7 +99,7 @@ def test_the_right_wheel_is_said_first() -> None:
 # -- how it listens --------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.integers(1, 12), max_size=10))
 def test_commands_come_in_any_portions(sizes: list[int]) -> None:
     said = START + TO_SAFE + commands.song(1, [(60, 32), (62, 16)])
@@ -113,7 +113,7 @@ def test_commands_come_in_any_portions(sizes: list[int]) -> None:
     assert made.songs == {1: 0.75}
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.lists(st.binary(max_size=30), max_size=10))
 def test_whatever_comes_is_survived(portions: list[bytes]) -> None:
     made = interface(START, TO_FULL)

@@ -146,7 +146,7 @@ def test_every_byte_arrives_once_and_in_order(cable_program: Path, loss: float) 
             until(lambda: not thread.is_alive())
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     st.lists(
         st.one_of(

@@ -136,7 +136,6 @@ def test_what_does_not_check_is_as_if_nothing_were_stored(
 
 slowly = settings(
     max_examples=30,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 

@@ -1,7 +1,7 @@
 """Improv Serial at a robot's cable: packets among lines, and what they set."""
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from rems_net.cable import improv
 from rems_net.cable.improv import Command, Kind
@@ -103,7 +103,6 @@ def test_a_device_name_is_the_robots(robot: Robot) -> None:
     robot.read_until(b"\nIMPROV\x01\x02\x01\x05\xe6\n")
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_any_portions_split_alike(data: st.DataObject) -> None:
     pieces = data.draw(

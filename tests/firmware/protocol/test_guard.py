@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from tests.firmware.protocol.core import Core
 
-laws = settings(deadline=None, max_examples=300)
+laws = settings(max_examples=300)
 
 
 class Answer(Structure):

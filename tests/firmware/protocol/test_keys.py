@@ -9,7 +9,7 @@ from hypothesis import example, given, settings, strategies as st
 
 from tests.firmware.protocol.core import Core
 
-laws = settings(deadline=None, max_examples=400)
+laws = settings(max_examples=400)
 
 CHUNKS = ["rems", "robot", "w7", "w-77", "state", "x", "@schema", "@call", "wheel"]
 GLOBS = [*CHUNKS, "*", "**", "w$*", "$*7", "s$*t$*e", "$*a$*", "r$*m$*s"]

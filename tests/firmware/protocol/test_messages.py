@@ -22,7 +22,7 @@ RUN, BADGE = 0x9A_1234_5678, 0x9A_1234_5678 << 24 | 7
 ticks = st.integers(0, LAST_TICK)
 badges = st.integers(0, BADGES - 1)
 #: the C library is one for all examples: nothing in it changes
-laws = settings(deadline=None, max_examples=300)
+laws = settings(max_examples=300)
 
 
 # -- what it says -------------------------------------------------------------

@@ -23,7 +23,6 @@ from tests.recordings.parting.conftest import (
 
 few = settings(
     max_examples=6,
-    deadline=None,
     phases=(Phase.generate,),
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )

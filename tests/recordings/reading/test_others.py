@@ -150,7 +150,7 @@ def test_a_mistake_in_a_mapping_is_one_sentence(
     assert "\n" not in str(caught.value)
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.lists(st.floats(0.01, 0.2), min_size=8, max_size=40),
     st.floats(0.2, 3.0),

@@ -17,7 +17,7 @@ ZEROS = dict.fromkeys((packets.PACKETS[number][0] for number in NUMBERS), 0)
 #: whose check is what the next frame begins with
 ALIKE = ZEROS | {"wall": (frame(NUMBERS, ZEROS)[-1] - HEADER) % 256}
 LAST = Stream(NUMBERS).size - 1
-laws = settings(deadline=None, max_examples=50)
+laws = settings(max_examples=50)
 
 
 @laws
