@@ -5,7 +5,7 @@ An engine's world has a floor, walls, things, and any number of bodies, each as 
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
 from rems_net.scenes.ghost import Ghost
 
+#: a ray: its start and its direction (3,), in the world's frame
+Line: TypeAlias = tuple[Array, Array]
 #: picture of a camera: (height, width, 3), red, green and blue
 Picture = NDArray[np.uint8]
 
@@ -70,7 +72,7 @@ class Engine(Protocol):
         """Return positions (n, 3) and rotations (n, 3, 3), body to world, of bodies."""
 
     def spins(self, rotations: Array) -> Array:
-        """Return angular velocities (n, 3) of bodies, rad/s, in the world's frame.
+        """Return angular velocities (n, 3) of bodies, rad/s, in their own frames.
 
         rotations: the bodies' rotations, from `poses`
         """
@@ -78,14 +80,12 @@ class Engine(Protocol):
     def rays(
         self,
         bodies: Sequence[int],
-        starts: Array,
-        ways: Array,
+        lines: Sequence[Line],
         reaches: Sequence[float],
     ) -> list[float]:
         """Return each ray's distance to the nearest thing, m, at most its reach.
 
-        bodies: the body of each ray; the ray ignores it. starts,
-        ways: (k, 3)
+        bodies: the body of each ray; the ray ignores it.
         """
 
     def refresh(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from rems_net.bodies.body import Array, Body
 from rems_net.bodies.files.mjcf import check
 from rems_net.bodies.sensors import Camera
-from rems_net.drivers.physics.engine import AWAY
+from rems_net.drivers.physics.engine import AWAY, Line
 from rems_net.drivers.physics.mjcf import WORLD
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
@@ -141,22 +141,20 @@ class _Engine:
 
     def spins(self, rotations: Array) -> Array:
         # MuJoCo has a free joint's angular velocity in the body's own frame.
-        spins = self._qvel[self._turning].reshape(-1, 3, 1)
+        spins: Array = self._qvel[self._turning].reshape(-1, 3)
         if len(spins) < len(rotations):  # some are bolted down
-            moving, spins = spins, np.zeros((len(rotations), 3, 1))
+            moving, spins = spins, np.zeros((len(rotations), 3))
             spins[self._free] = moving
-        turned: Array = np.matmul(rotations, spins)[:, :, 0]
-        return turned
+        return spins
 
     def rays(
         self,
         bodies: Sequence[int],
-        starts: Array,
-        ways: Array,
+        lines: Sequence[Line],
         reaches: Sequence[float],
     ) -> list[float]:
         hit, found = self._hit, []
-        for n, start, way, reach in zip(bodies, starts, ways, reaches, strict=True):
+        for n, (start, way), reach in zip(bodies, lines, reaches, strict=True):
             base, own = self._own[n]
             ray = self._model, self._data, start, way, self._seen, 1, base, hit
             distance: float = self._mujoco.mj_ray(*ray)  # less than 0 for none

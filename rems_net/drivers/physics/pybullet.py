@@ -12,7 +12,7 @@ import numpy as np
 from rems_net.bodies.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.bullet import Instance, cast
-from rems_net.drivers.physics.engine import APART, AWAY, ROLLING
+from rems_net.drivers.physics.engine import APART, AWAY, ROLLING, Line
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
 from rems_net.drivers.physics.multibody import add_shape, add_shapes
 from rems_net.drivers.physics.physics import Physics
@@ -134,18 +134,19 @@ class _Engine:
         return np.array(positions), np.array(rotations)
 
     def spins(self, rotations: Array) -> Array:
-        return np.array([instance.spin() for instance in self.instances])
+        spins = np.array([[instance.spin()] for instance in self.instances])
+        turned: Array = np.matmul(spins, rotations)[:, 0]
+        return turned
 
     def rays(
         self,
         bodies: Sequence[int],
-        starts: Array,
-        ways: Array,
+        lines: Sequence[Line],
         reaches: Sequence[float],
     ) -> list[float]:
         cast = [self.instances[n].ray for n in bodies]
-        rays = zip(cast, starts, ways, reaches, strict=True)
-        return [ray(start, way, reach) for ray, start, way, reach in rays]
+        rays = zip(cast, lines, reaches, strict=True)
+        return [ray(*line, reach) for ray, line, reach in rays]
 
     def refresh(self) -> None:
         """Do nothing: Bullet updates its poses itself."""

@@ -72,6 +72,10 @@ class Moment:
         self._carriers: Any = np.array(self._bodies) if several else slice(None)
         both = [[at for _, at, _, _ in rays], [way for _, _, way, _ in rays]]
         self._both = np.array(both, float).reshape(2, -1, 3, 1)
+        #: the same in the world's frame, and each ray's rows of it
+        self._turned = self._both.copy()
+        self._starts, ways = self._turned[..., 0]
+        self._lines = [*zip(self._starts, ways, strict=True)]
         self._reaches = [reach for _, _, _, reach in rays]
         ends = np.cumsum([0, *map(len, self._rays)]).tolist()
         self._own = [*map(slice, ends, ends[1:])]
@@ -87,16 +91,13 @@ class Moment:
         if self.finding:
             self.norths = self.rotations[:, TO_NORTH].tolist()
         if self.turning:
-            # One product of all has the same bits as one product of each.
-            spins = np.matmul(
-                self.engine.spins(self.rotations)[:, None], self.rotations
-            )
-            self.spins = spins[:, 0].tolist()
+            self.spins = self.engine.spins(self.rotations).tolist()
         if self._bodies:
+            # One product of all has the same bits as one product of each.
             turns = self.rotations[self._carriers]
-            starts, ways = np.matmul(turns, self._both)[:, :, :, 0]
-            starts = self.positions[self._carriers] + starts
-            found = self.engine.rays(self._bodies, starts, ways, self._reaches)
+            np.matmul(turns, self._both, out=self._turned)
+            self._starts += self.positions[self._carriers]
+            found = self.engine.rays(self._bodies, self._lines, self._reaches)
             self.distances = [found[own] for own in self._own]
 
 
