@@ -22,6 +22,7 @@ class Pool(Executor):
     """
 
     def __init__(self, count: int):
+        self.count = count
         self._workers = Workers(environment(os.environ))
         self._threads = ThreadPoolExecutor(count, "sweep")
 

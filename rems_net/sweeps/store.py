@@ -67,10 +67,11 @@ class Store:
         number = made.row.number
         part = self.path / f"{PART}{number}"
         try:
-            for name, data in made.files.items():
-                (part / name).parent.mkdir(parents=True, exist_ok=True)
-                (part / name).write_bytes(data)
             part.mkdir(exist_ok=True)
+            for name, data in made.files.items():
+                if "/" in name:
+                    (part / name).parent.mkdir(parents=True, exist_ok=True)
+                (part / name).write_bytes(data)
             (part / ROW).write_text(json.dumps(made.row) + "\n", encoding="utf-8")
             part.rename(self.folder(number))
         except OSError as error:

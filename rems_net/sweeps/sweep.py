@@ -44,6 +44,8 @@ from rems_net.sweeps.work import (
 MOST = 100_000
 #: runs that an executor has at a time: enough for a hundred cores
 AHEAD = 400
+#: The same, for each process of our own: waiting for many takes longer than for few.
+EACH = 4
 #: How often a run is tried whose worker dies.
 TRIES = 3
 #: s. Time between two looks at the progress.
@@ -263,11 +265,12 @@ def _made(
 ) -> Iterator[Made]:
     """Yield each run as it is over. Raises ExperimentError of a worker."""
     waiting, tries = [*reversed(runs)], Counter[int]()
+    most = EACH * pool.count if isinstance(pool, Pool) else AHEAD
     busy: dict[Future[Made], Run] = {}
     warned: set[str] = set()
     try:
         while waiting or busy:
-            while waiting and len(busy) < AHEAD:
+            while waiting and len(busy) < most:
                 run = waiting.pop()
                 busy[pool.submit(work, spec, run)] = run
             over, _ = wait(busy, LOOK, FIRST_COMPLETED)
