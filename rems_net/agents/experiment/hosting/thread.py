@@ -26,16 +26,18 @@ class HostThread:
     def __init__(self, name: str, session: Session, say: Callable[[str, Event], None]):
         self.name, self._say = name, say
         self._session = session
+        self._thread: Thread | None = None
         #: an exit status, as of a process, once it has ended
         self.status: int | None = None
 
     def start(self, spec: Mapping[str, Any]) -> None:
         """Build its agents in a thread, and step them."""
         self._host = Host(self._session.beside(), self.name, spec["ticket"])
-        self._thread = Thread(
+        thread = Thread(
             target=self._live, args=(spec,), name=f"host {self.name}", daemon=True
         )
-        self._thread.start()
+        thread.start()
+        self._thread = thread
 
     def _live(self, spec: Mapping[str, Any]) -> None:
         with listening(self._report, own=True):
@@ -60,11 +62,14 @@ class HostThread:
 
     def end(self) -> None:
         """Wait for its end; warn if a method of an agent does not return."""
-        self._thread.join(LEAVING)
-        if self._thread.is_alive():
+        thread = self._thread
+        if thread is None:  # Ctrl+C came before it was started
+            return
+        thread.join(LEAVING)
+        if thread.is_alive():
             warn(
                 "overdue",
-                f"an agent still computes in this program ({where(self._thread)}), "
+                f"an agent still computes in this program ({where(thread)}), "
                 "which only the end of the program ends",
                 self.name,
             )
