@@ -22,6 +22,7 @@ from rems_net.agents.robot import Driver
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError, RemsError, uncoded
 from rems_net.events import warn
+from rems_net.interrupts import without_ctrl_c
 from rems_net.recordings.manifest import Manifest
 from rems_net.sweeps.factors import Factor, Point, check_points, factor, names, points
 from rems_net.sweeps.measures import measures
@@ -103,9 +104,10 @@ def sweep(
             if left:
                 with _executor(executor, workers, len(left)) as pool:
                     for made in _made(pool, spec, left, progress):
-                        store.add(made)
-                        rows[made.row.number] = made.row
-                        progress.add(made.row.status == FAILED)
+                        with without_ctrl_c():  # a run that is there is counted
+                            store.add(made)
+                            rows[made.row.number] = made.row
+                            progress.add(made.row.status == FAILED)
         progress.end()
     return result
 
