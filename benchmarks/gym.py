@@ -35,7 +35,7 @@ ROWS = {
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     if find_spec("gymnasium") is None:
         return Section("gym", TITLE, ["Gymnasium is not installed: not measured."])
-    given = (40, 20) if quick else (2000, 1000)
+    given = (8, 20) if quick else (400, 1000)
     found = interleave([Contender(NAME, "gym", given)], repeats, tell)
     if NAME in found.missing:
         return Section("gym", TITLE, [TEXT, found.missing[NAME]])

@@ -126,11 +126,8 @@ def raw() -> Iterator[Way]:
 
 
 def rates(ways: dict[str, Way], steps: int) -> dict[str, float]:
-    """Return the steps a second of each way, in its fastest round.
-
-    steps: of five rounds.
-    """
-    found, steps = dict.fromkeys(ways, 0.0), max(1, steps // 5)
+    """Return the steps a second of each way, in its fastest round."""
+    found = dict.fromkeys(ways, 0.0)
     for _ in range(ROUNDS):
         for name, way in ways.items():
             begun = time.perf_counter()

@@ -223,7 +223,8 @@ def reference(cls: type) -> str:
     if "<locals>" in cls.__qualname__:
         raise ExperimentError(
             f"{cls.__qualname__} is defined inside a function, where the process of "
-            "its agent cannot find it; define it at the top of the file. (R0427)"
+            "its agent cannot find it; define it at the top of the file, or keep its "
+            "agent in this program by host='here'. (R0427)"
         )
     where = cls.__module__ if path is None else str(path.resolve())
     return f"{where}:{cls.__qualname__}"

@@ -59,7 +59,7 @@ DOUBT = 0.25
 class Session:
     """Membership of one process in a fabric. `with Session(link) as session:`."""
 
-    #: whether a clock and a host of its own process share it
+    #: whether it belongs to a host that lives in the process of its clock
     near = False
 
     def __init__(self, link: Link):

@@ -55,7 +55,7 @@ def experiments(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
-#: by name of a way, the host of all agents but outputs
+#: by name of a way, the host of its agents; of `here` without outputs
 HOSTS = {"one": "all", "here": "here"}
 
 

@@ -65,8 +65,8 @@ def introduction(
         for k, run in ((k, runtime(a)) for k, a in agents.items())
     ]
     schemas = {o.digest: o.value.schema for o in outlets}
-    # The run's process is not pinned. That matters to physics engines alone, and who
-    # puts one there was warned.
+    # The program of a run is seldom pinned. Only physics engines need that, and the run
+    # has warned of those.
     numerics = "" if near else describe()[:NUMERICS]
     return Request(
         host,

@@ -101,9 +101,9 @@ class Host:
 
     def build(self, words: Mapping[str, Any]) -> None:
         """Make the agents where they live: from plans, or from plain data."""
-        folder, out = Path(words["folder"]), Path(words["out"])
-        plans = words.get("plans")
+        out, plans = Path(words["out"]), words.get("plans")
         if plans is None:
+            folder = Path(words["folder"])
             plans = list(read_plans(words["agents"], folder, words["dt"]))
             adopt(words["values"])
         for plan in plans:

@@ -51,7 +51,7 @@ class Inbox:
     ):
         self.session, self.name, self.guard = session, name, guard
         self.box = Mailbox()
-        #: that of the host
+        #: the thread in which the host steps its agents
         self.thread = main_thread()
         #: the `every` of each agent, if all agents here are free-running
         self.rates: list[int] = []
@@ -100,10 +100,11 @@ class Inbox:
         if crowd:
             self.overheard = {glob(key) for key in told}
             keys = keys - told | self.overheard
-        # The program of the run may put values itself, in the session of this host.
-        ours = told | self.overheard if self.session.near else ()
+        # A host in the program of its run shares the session with that program, which
+        # may put values, too.
+        shared = told | self.overheard if self.session.near else ()
         for key in sorted(keys):
-            self.session.watch(key, self.box, remote=key not in ours)
+            self.session.watch(key, self.box, remote=key not in shared)
 
     def watch(self) -> None:
         """Subscribe to the clock; if free-running, messages may be lost."""

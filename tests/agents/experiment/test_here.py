@@ -22,7 +22,7 @@ from tests.agents.runs import PARTS, Told, digest, until
 from tests.commands import ROOT, environment
 
 
-def lab(cls: type[Input] | None = None, **more: Any) -> Experiment:
+def lab(cls: type[Input] | None = None) -> Experiment:
     """A robot and its input in this program, and a second robot in a process."""
     made = Experiment("here", dt="20 ms", duration="2 s", folder=PARTS)
 
@@ -36,7 +36,7 @@ def lab(cls: type[Input] | None = None, **more: Any) -> Experiment:
 
     made.input("keys", cls or Keys, host=HERE)
     made.robot("near", "woodbot", "kinematic", command="input/keys", host=HERE)
-    made.robot("far", "woodbot", "kinematic", command="input/keys", **more)
+    made.robot("far", "woodbot", "kinematic", command="input/keys")
     return made
 
 
@@ -46,7 +46,7 @@ def test_the_same_bytes_as_in_an_engine(tmp_path: Path) -> None:
     lab().run(tmp_path / "engine", direct=True)
     here, engine = (digest(tmp_path / w / "run.mcap") for w in ("here", "engine"))
     assert here == engine
-    assert told.said == []  # nothing of numerics: sines are our own
+    assert told.said == []  # no warning: a kinematic robot needs no pinned process
 
 
 def test_it_starts_no_process_and_is_on_the_fabric(tmp_path: Path) -> None:
@@ -93,18 +93,17 @@ def test_an_agent_that_fails_is_named_with_its_line(tmp_path: Path) -> None:
     assert not [t for t in threading.enumerate() if t.name == "host here"]
 
 
-class Prints(Process):
-    """Says where it is run."""
+class Raises(Process):
+    """Fails, with the name of the thread that steps it."""
 
     def step(self, tick: Tick) -> None:
         if tick.n == 1:
-            self.thread = threading.current_thread().name
-            raise RuntimeError(self.thread)
+            raise RuntimeError(threading.current_thread().name)
 
 
 def test_the_run_goes_on_without_it_if_that_is_asked_for(tmp_path: Path) -> None:
     made = Experiment("drop", dt="20 ms", duration="0.2 s", on_failure="drop")
-    made.process("one", Prints, host=HERE)
+    made.process("one", Raises, host=HERE)
     made.robot("far", "woodbot", "kinematic")
     told = Told()
     made.run(tmp_path, show=told)

@@ -109,9 +109,7 @@ class Hosts:
             "free": False,
             "ticket": self.tickets[HERE],
             "plans": plans,
-            "folder": plans[0].folder,
             "out": plans[0].out,
-            "dt": self._dt,
             "seed": plans[0].seed,
             "taken": taken(plans, self.agents),
         }

@@ -29,6 +29,8 @@ class HostThread:
         self._thread: Thread | None = None
         #: an exit status, as of a process, once it has ended
         self.status: int | None = None
+        #: the error that ended it, if the clock cannot know it
+        self._error = ""
 
     def start(self, spec: Mapping[str, Any]) -> None:
         """Build its agents in a thread, and step them."""
@@ -44,7 +46,7 @@ class HostThread:
             try:
                 failed = self._host.run(spec)
             except Exception as error:  # the run has ended, and closed the session
-                failed = describe(error)
+                failed = self._error = describe(error)
         self.status = int(failed is not None)
 
     def _report(self, event: Event) -> None:
@@ -53,7 +55,9 @@ class HostThread:
 
     def death(self) -> str | None:
         """Return how it ended, if it has ended."""
-        return None if self.status is None else f"ended with status {self.status}"
+        if self.status is None:
+            return None
+        return self._error or f"ended with status {self.status}"
 
     def leave(self) -> None:
         """Do nothing: it ends when the clock lets it go."""

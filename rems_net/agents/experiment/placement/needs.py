@@ -58,7 +58,7 @@ def _imported(source: bytes) -> Iterator[Path]:
 
 
 @lru_cache(maxsize=64)
-def _imports(source: bytes) -> list[str]:
+def _imports(source: bytes) -> tuple[str, ...]:
     """Return the names that a source imports; a sweep asks for the same at each run."""
     names: list[str] = []
     with suppress(SyntaxError, ValueError):
@@ -68,7 +68,7 @@ def _imports(source: bytes) -> list[str]:
             elif isinstance(node, ast.ImportFrom) and node.module:
                 inner = [f"{node.module}.{alias.name}" for alias in node.names]
                 names += [node.module, *inner]
-    return names
+    return tuple(names)
 
 
 def file_of(module: str) -> Path | None:
