@@ -27,10 +27,8 @@ def measure(repeats: int, quick: bool, tell: Tell) -> Section:
     text = [TEXT.format(seconds=seconds), table(head, rows)]
     text += [f"Left out: {reason}" for reason in found.missing.values()]
     targets = []
-    if found.runs[DIRECT]:
-        whole = found.spread(DIRECT, "whole")
-        targets.append(Target(f"{DIRECT} [s]", whole, 0.4, at_least=False))
-    if found.runs[DIRECT] and found.runs[PROCESSES]:
-        ratio = found.ratio(PROCESSES, DIRECT, "whole")
-        targets.append(Target(f"{PROCESSES} over {DIRECT}", ratio, 3.0))
+    for name, most in ((DIRECT, 0.4), (PROCESSES, 1.2)):
+        if found.runs[name]:
+            whole = found.spread(name, "whole")
+            targets.append(Target(f"{name} [s]", whole, most, at_least=False))
     return Section("start", TITLE, text, targets)

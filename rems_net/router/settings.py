@@ -73,8 +73,10 @@ class Link:
             # nothing.
             "shared_memory": {"enabled": False},
         }
+        nowhere = {"enabled": False}
         config: dict[str, object] = {
-            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            # A router would wait for others, for half a second, before it opens.
+            "scouting": {"multicast": nowhere, "gossip": nowhere, "delay": 0},
             "transport": transport,
         }
         if self.serve:

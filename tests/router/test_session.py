@@ -185,6 +185,7 @@ def test_settings_on_the_wire_are_a_star_without_multicast() -> None:
     assert router["listen"]["endpoints"] == ["tcp/0.0.0.0:7447"]
     assert router["transport"]["unicast"]["accept_pending"] == 500
     assert "connect" not in router
+    assert router["scouting"]["delay"] == 0  # else it opens half a second later
     # what is shared is behind a gate, which answers those who look for it
     inner = "tcp/127.0.0.1:7448"
     shared = Link("tcp/0.0.0.0:7447", serve=True, behind=inner).to_wire()
