@@ -75,7 +75,9 @@ class RowCodec:
         # A payload has its numbers the other way round than a message.
         numbers = starts[self._order][:, None] + np.arange(7, -1, -1)
         self._numbers = numbers.ravel()
-        self._fixed = np.setdiff1d(np.arange(len(template)), self._numbers)
+        fixed = np.ones(len(template), bool)
+        fixed[self._numbers] = False
+        self._fixed = np.flatnonzero(fixed)
         self._template = np.frombuffer(template, np.uint8)[self._fixed]
         limits = np.array([one.limits for one in schema.fields], np.float64)
         self._low, self._high = limits[self._order].T
