@@ -16,6 +16,8 @@ from rems_net.scenes.ghost import Ghost
 
 #: a ray: its start and its direction (3,), in the world's frame
 Line: TypeAlias = tuple[Array, Array]
+#: the number of the body that sends a ray, and which the ray ignores; line and reach, m
+Aim: TypeAlias = tuple[int, Line, float]
 #: picture of a camera: (height, width, 3), red, green and blue
 Picture = NDArray[np.uint8]
 
@@ -69,24 +71,22 @@ class Engine(Protocol):
         """Take `count` steps of `h` s."""
 
     def poses(self) -> tuple[Array, Array]:
-        """Return positions (n, 3) and rotations (n, 3, 3), body to world, of bodies."""
+        """Return positions (n, 3) and rotations (n, 3, 3), body to world, of bodies.
 
-    def spins(self, rotations: Array) -> Array:
+        They are the same arrays at each call, brought up to date by it.
+        """
+
+    def spins(self) -> Array:
         """Return angular velocities (n, 3) of bodies, rad/s, in their own frames.
 
-        rotations: the bodies' rotations, from `poses`
+        It is the same array at each call, as with `poses`, which is called before.
         """
 
-    def rays(
-        self,
-        bodies: Sequence[int],
-        lines: Sequence[Line],
-        reaches: Sequence[float],
-    ) -> list[float]:
-        """Return each ray's distance to the nearest thing, m, at most its reach.
+    def aim(self, rays: Sequence[Aim]) -> None:
+        """Take these rays as those of `rays`; their lines change in place."""
 
-        bodies: the body of each ray; the ray ignores it.
-        """
+    def rays(self) -> list[float]:
+        """Return each ray's distance to the nearest thing, m, at most its reach."""
 
     def refresh(self) -> None:
         """Update the values that depend on the poses of moved bodies."""

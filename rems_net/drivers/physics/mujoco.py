@@ -9,7 +9,7 @@ import numpy as np
 from rems_net.bodies.body import Array, Body
 from rems_net.bodies.files.mjcf import check
 from rems_net.bodies.sensors import Camera
-from rems_net.drivers.physics.engine import AWAY, Line
+from rems_net.drivers.physics.engine import AWAY, Aim
 from rems_net.drivers.physics.mjcf import WORLD
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
@@ -99,6 +99,9 @@ class _Engine:
         self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)
         self._qvel, self._ctrl = self._data.qvel, self._data.ctrl
         self._bodies = _places([one.body for one in self.instances])
+        #: the bodies' poses: views, unless other bodies are between them
+        self._poses = self._xpos[self._bodies], self._xmat[self._bodies]
+        self._viewed = isinstance(self._bodies, slice)
         self._motors = _places([n for one in self.instances for n in np.r_[one.motors]])
         #: each body's base and its links' geoms: its rays must not meet them
         self._own = [(one.body, one.geoms) for one in self.instances]
@@ -107,7 +110,12 @@ class _Engine:
         self._free = np.flatnonzero([one.free for one in self.instances])
         first = [self.instances[n].dofs.start for n in self._free]
         self._turning = _places([dof + axis for dof in first for axis in (3, 4, 5)])
+        self._spins = np.zeros((len(self.instances), 3))
+        if len(self._free) == 1 == len(self.instances):
+            self._spins = self._qvel[self._turning].reshape(1, 3)
         self._hit = np.zeros(1, np.int32)
+        #: arguments of `mj_ray`, reach, body and geoms of the body, for each ray
+        self._rays: list[tuple[tuple[Any, ...], float, int, range]] = []
         #: s. The engine's present step.
         self._step = 0.0
 
@@ -137,30 +145,31 @@ class _Engine:
         )
 
     def poses(self) -> tuple[Array, Array]:
-        return self._xpos[self._bodies], self._xmat[self._bodies]
+        if not self._viewed:
+            self._poses[0][:] = self._xpos[self._bodies]
+            self._poses[1][:] = self._xmat[self._bodies]
+        return self._poses
 
-    def spins(self, rotations: Array) -> Array:
+    def spins(self) -> Array:
         # MuJoCo has a free joint's angular velocity in the body's own frame.
-        spins: Array = self._qvel[self._turning].reshape(-1, 3)
-        if len(spins) < len(rotations):  # some are bolted down
-            moving, spins = spins, np.zeros((len(rotations), 3))
-            spins[self._free] = moving
-        return spins
+        if self._spins.base is None:  # some are bolted down, or there are several
+            self._spins[self._free] = self._qvel[self._turning].reshape(-1, 3)
+        return self._spins
 
-    def rays(
-        self,
-        bodies: Sequence[int],
-        lines: Sequence[Line],
-        reaches: Sequence[float],
-    ) -> list[float]:
-        hit, found = self._hit, []
-        for n, (start, way), reach in zip(bodies, lines, reaches, strict=True):
+    def aim(self, rays: Sequence[Aim]) -> None:
+        self._rays = []
+        for n, (start, way), reach in rays:
             base, own = self._own[n]
-            ray = self._model, self._data, start, way, self._seen, 1, base, hit
-            distance: float = self._mujoco.mj_ray(*ray)  # less than 0 for none
+            ray = self._model, self._data, start, way, self._seen, 1, base, self._hit
+            self._rays.append((ray, reach, n, own))
+
+    def rays(self) -> list[float]:
+        hit, cast, found = self._hit, self._mujoco.mj_ray, []
+        for ray, reach, n, own in self._rays:
+            distance: float = cast(*ray)  # less than 0 for none
             if hit.item() in own:  # a link, which is another body
                 self.instances[n].hide()
-                distance = self._mujoco.mj_ray(*ray)
+                distance = cast(*ray)
                 self.instances[n].show()
             found.append(reach if distance < 0 else min(distance, reach))
         return found
@@ -208,7 +217,7 @@ class _Engine:
         self.instances.clear()
         self._painter.close()
         del self._data, self._model, self._painter, self._xpos, self._xmat
-        del self._qvel, self._ctrl
+        del self._qvel, self._ctrl, self._poses, self._spins, self._rays
 
 
 class _Instance:

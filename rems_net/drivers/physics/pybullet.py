@@ -12,7 +12,7 @@ import numpy as np
 from rems_net.bodies.body import GRAVITY, Array, Body, Part, Sphere, lump
 from rems_net.bodies.tree import Tree
 from rems_net.drivers.physics.bullet import Instance, cast
-from rems_net.drivers.physics.engine import APART, AWAY, ROLLING, Line
+from rems_net.drivers.physics.engine import APART, AWAY, ROLLING, Aim
 from rems_net.drivers.physics.files.load import BASE, ROBOT, WORLD
 from rems_net.drivers.physics.multibody import add_shape, add_shapes
 from rems_net.drivers.physics.physics import Physics
@@ -103,6 +103,10 @@ class _Engine:
             for instance in self.instances:
                 instance.signs = [*self._signs(bodies, scene)]
         self._kept: int | None = None
+        count = len(self.instances)
+        self._poses = np.zeros((count, 3)), np.zeros((count, 3, 3))
+        self._spins = np.zeros((count, 3))
+        self._rays: Sequence[Aim] = []
 
     def call(self, name: str, *args: Any, **more: Any) -> Any:
         """Call Bullet's function of that name, in this world only."""
@@ -130,23 +134,22 @@ class _Engine:
             step(client)
 
     def poses(self) -> tuple[Array, Array]:
-        positions, rotations = zip(*(i.pose() for i in self.instances), strict=True)
-        return np.array(positions), np.array(rotations)
+        positions, rotations = self._poses
+        for n, instance in enumerate(self.instances):
+            positions[n], rotations[n] = instance.pose()
+        return self._poses
 
-    def spins(self, rotations: Array) -> Array:
+    def spins(self) -> Array:
         spins = np.array([[instance.spin()] for instance in self.instances])
-        turned: Array = np.matmul(spins, rotations)[:, 0]
-        return turned
+        self._spins[:] = np.matmul(spins, self._poses[1])[:, 0]
+        return self._spins
 
-    def rays(
-        self,
-        bodies: Sequence[int],
-        lines: Sequence[Line],
-        reaches: Sequence[float],
-    ) -> list[float]:
-        cast = [self.instances[n].ray for n in bodies]
-        rays = zip(cast, lines, reaches, strict=True)
-        return [ray(*line, reach) for ray, line, reach in rays]
+    def aim(self, rays: Sequence[Aim]) -> None:
+        self._rays = rays
+
+    def rays(self) -> list[float]:
+        own = self.instances
+        return [own[n].ray(*line, reach) for n, line, reach in self._rays]
 
     def refresh(self) -> None:
         """Do nothing: Bullet updates its poses itself."""

@@ -42,6 +42,11 @@ class Moment:
 
     def __init__(self, engine: Engine):
         self.engine = engine
+        # The engine keeps these arrays, so views of them are made once.
+        self.positions, self.rotations = engine.poses()
+        self._xy = self.positions[:, :2].T
+        self._ahead = self.rotations[:, :2, 0].T
+        self._north = self.rotations[:, TO_NORTH]
         bodies = len(engine.instances)
         #: values for accelerometers, in the bodies' own frames, m/s2
         self.felt: list[Sequence[float]] = [(0.0, 0.0, 0.0)] * bodies
@@ -66,38 +71,39 @@ class Moment:
     def settle(self) -> None:
         """Prepare the arrays for all rays that were added."""
         rays = [(n, *ray) for n, some in enumerate(self._rays) for ray in some]
-        self._bodies = [body for body, _, _, _ in rays]
+        bodies = [body for body, _, _, _ in rays]
         # Of one body alone no copies are made.
         several = len(self._rays) > 1
-        self._carriers: Any = np.array(self._bodies) if several else slice(None)
+        self._carriers: Any = np.array(bodies, int) if several else slice(None)
         both = [[at for _, at, _, _ in rays], [way for _, _, way, _ in rays]]
         self._both = np.array(both, float).reshape(2, -1, 3, 1)
         #: the same in the world's frame, and each ray's rows of it
         self._turned = self._both.copy()
         self._starts, ways = self._turned[..., 0]
-        self._lines = [*zip(self._starts, ways, strict=True)]
-        self._reaches = [reach for _, _, _, reach in rays]
+        lines = [*zip(self._starts, ways, strict=True)]
+        reaches = [reach for _, _, _, reach in rays]
+        self.engine.aim([*zip(bodies, lines, reaches, strict=True)])
         ends = np.cumsum([0, *map(len, self._rays)]).tolist()
         self._own = [*map(slice, ends, ends[1:])]
 
     def look(self) -> None:
         """Read the bodies' poses."""
-        self.positions, self.rotations = self.engine.poses()
-        self.cosines, self.sines = self.rotations[:, :2, 0].T.tolist()
+        self.engine.poses()
+        self.cosines, self.sines = self._ahead.tolist()
 
     def sense(self) -> None:
         """Compute the other values that sensors need, from the poses of `look`."""
-        self.x, self.y = self.positions[:, :2].T.tolist()
+        self.x, self.y = self._xy.tolist()
         if self.finding:
-            self.norths = self.rotations[:, TO_NORTH].tolist()
+            self.norths = self._north.tolist()
         if self.turning:
-            self.spins = self.engine.spins(self.rotations).tolist()
-        if self._bodies:
+            self.spins = self.engine.spins().tolist()
+        if len(self._starts):
             # One product of all has the same bits as one product of each.
             turns = self.rotations[self._carriers]
             np.matmul(turns, self._both, out=self._turned)
             self._starts += self.positions[self._carriers]
-            found = self.engine.rays(self._bodies, self._lines, self._reaches)
+            found = self.engine.rays()
             self.distances = [found[own] for own in self._own]
 
 
