@@ -109,10 +109,10 @@ def digest(folder: Path) -> str:
     return total.hexdigest()
 
 
-def in_one_host(made: Experiment) -> Experiment:
-    """The same, with one process for all of its agents."""
+def in_one_host(made: Experiment, host: str = "all") -> Experiment:
+    """The same, with one host for all of its agents: a process, or HERE none."""
     for plan in made.plans.values():
-        plan.host = "all"
+        plan.host = host
     return made
 
 

@@ -13,6 +13,7 @@ import zenoh
 
 from rems_net import Experiment
 from rems_net.agents.host.outlet import CROWD
+from rems_net.agents.protocol.plan import HERE
 from rems_net.client import Fabric, Proxy, join
 from rems_net.errors import AgentError, FabricError, RemsError, UnknownFieldError
 from rems_net.events import Event, listening
@@ -72,7 +73,7 @@ def heard_of_all(fabric: Fabric, port: str, count: int) -> dict[str, Any]:
 def fabric(tmp_path: Path) -> Iterator[Fabric]:
     """A fabric at real time with one robot that nobody in it commands."""
     lab = Experiment("proxy", dt=0.02, duration="60 s", pace=1, folder=PARTS)
-    lab.robot("free", "parts.py:Cart", "parts.py:Gripping")
+    lab.robot("free", "parts.py:Cart", "parts.py:Gripping", host=HERE)
     thread = threading.Thread(target=lambda: lab.run(tmp_path))
     thread.start()
     found: Fabric = until(try_join)
@@ -273,8 +274,10 @@ def test_who_commands_a_stopped_robot_is_told(fabric: Fabric) -> None:
 def test_one_of_a_crowd_is_asked_as_any_other(tmp_path: Path) -> None:
     """Hosts of more than 16 agents answer for all of them at once."""
     lab = Experiment("crowds", dt=0.05, duration="60 s", pace=1, folder=PARTS)
+    lab.record = False
     for i in range(2 * (CROWD + 1)):
-        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Gripping", host=f"h{i % 2}")
+        host = "process" if i % 2 else HERE
+        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Gripping", host=host)
     thread = threading.Thread(target=lambda: lab.run(tmp_path))
     thread.start()
     with until(try_join) as fabric:

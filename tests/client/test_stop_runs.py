@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import join
+from rems_net.agents.protocol.plan import HERE
 from rems_net.client import Fabric
 from rems_net.errors import FabricError
 from tests.agents.runs import PARTS, Router, alive, until
@@ -24,11 +25,11 @@ from rems_net import Experiment
 lab = Experiment("told", dt=0.02, duration="60 s", pace=1, folder={str(PARTS)!r})
 lab.record = False
 for name in ("a", "b"):
-    lab.robot(name, "parts.py:Cart", "parts.py:Euler")
+    lab.robot(name, "parts.py:Cart", "parts.py:Euler", host=HOST)
 lab.run("out")
 """
 
-Run = Callable[[], subprocess.Popen[str]]
+Run = Callable[..., subprocess.Popen[str]]
 
 
 @pytest.fixture
@@ -41,13 +42,16 @@ def router(monkeypatch: pytest.MonkeyPatch) -> Iterator[Router]:
 
 @pytest.fixture
 def run(tmp_path: Path, router: Router) -> Iterator[Run]:
-    """Starts a run in a process of its own; everything is killed at the end."""
+    """Starts a run in a process of its own; everything is killed at the end.
+
+    host: that of both robots; without it, each has a process.
+    """
     script = tmp_path / "told.py"
-    script.write_text(SCRIPT, encoding="utf-8")
     started: list[subprocess.Popen[str]] = []
     hosts: set[int] = set()
 
-    def start() -> subprocess.Popen[str]:
+    def start(host: str = "") -> subprocess.Popen[str]:
+        script.write_text(SCRIPT.replace("HOST", repr(host)), encoding="utf-8")
         process = subprocess.Popen(
             [sys.executable, str(script)],
             cwd=tmp_path,
@@ -140,7 +144,7 @@ def test_a_moving_robot_stands_and_goes_on_when_released(run: Run) -> None:
 
 def test_while_the_clock_is_frozen(run: Run) -> None:
     """The clock is frozen: robots say that they stand, and stay so when it thaws."""
-    process = run()
+    process = run("both")
     with join() as fabric:
         assert moves(fabric, "a")
         process.send_signal(signal.SIGSTOP)
@@ -193,14 +197,14 @@ def test_a_frozen_robot_that_is_out_of_sight_is_named(run: Run) -> None:
 
 def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -> None:
     """The next run on that router starts stopped, says so, and can be released."""
-    first = run()
+    first = run(HERE)
     with join() as fabric:
         fabric.stop()
         hosts = pids(fabric)
     first.send_signal(signal.SIGINT)
     first.communicate(timeout=20)
     until(lambda: not any(alive(pid) for pid in hosts.values()))
-    second = run()
+    second = run(HERE)
     with join() as fabric:
         assert json.loads(fabric.session.ask("rems/clock/tick?format=json")[0].payload)[
             "stops"
@@ -215,13 +219,13 @@ def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -
         r"`rems stop --release`\n",
         said,
     )
-    run()
+    run(HERE)
     with join() as fabric:
         assert moves(fabric, "a")
 
 
 def test_a_router_lets_go_without_a_clock(run: Run, router: Router) -> None:
-    first = run()
+    first = run(HERE)
     with join() as fabric:
         fabric.stop()
     first.kill()
