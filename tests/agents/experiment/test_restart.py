@@ -11,6 +11,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, digest, until
@@ -25,9 +26,9 @@ WAYS = {
 
 
 def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experiment:
-    """Who crashes: "" for nobody, else how; the others share a process.
+    """Return an experiment in which each agent crashes in this way, or "" for never.
 
-    Where the run is recorded, they do not.
+    An agent that crashes has a process; the others live here.
     """
     given = {"times": more.pop("times", 1)}
     restart = more.pop("restart", 2)
@@ -35,9 +36,9 @@ def lab(stick: str = "", wheel: str = "", log: str = "", **more: Any) -> Experim
     made = Experiment("again", **usual | more)
 
     def way(how: str) -> dict[str, Any]:
-        options = {"how": how} | (given if how else {"times": 0})
-        host = {} if how or made.record else {"host": "rest"}
-        return {"options": options, "restart": restart, **host}
+        if not how:
+            return {"options": {"times": 0}, "host": HERE}
+        return {"options": {"how": how} | given, "restart": restart}
 
     made.input("stick", f"{CRASHING}:Stick", **way(stick))
     made.robot(
@@ -90,7 +91,7 @@ def test_a_robot_begins_anew_and_its_tick_is_missing(tmp_path: Path) -> None:
 def test_an_output_goes_on_in_its_file(tmp_path: Path, how: str) -> None:
     made = lab(log=how, record=True).run(tmp_path / "out", show=Told())
     assert made.files == [tmp_path / "out/cart.csv", tmp_path / "out/run.mcap"]
-    whole = lab(restart=0).run(tmp_path / "whole", direct=True)
+    whole = lab().run(tmp_path / "whole", direct=True)
     seen, all_of_it = rows(made.files[0]), rows(whole.files[0])
     assert seen == all_of_it[:4] + all_of_it[5:]
 
@@ -133,13 +134,14 @@ def test_nobody_waits_for_a_free_one(tmp_path: Path) -> None:
             clock.pacing.end()
 
     made = Experiment("free", dt=0.02, duration=60, pace=1, folder=PARTS)
-    made.input("wave", "parts.py:Wave", host="rest")
+    made.record = False
+    made.input("wave", "parts.py:Wave", host=HERE)
     options = {"how": "kill", "at": 20, "times": 1}
     free = f"{CRASHING}:Free"
     made.robot("cart", "parts.py:Cart", free, options=options, restart=1)
     other = ("parts.py:Cart", "parts.py:Euler")
-    made.robot("other", *other, command="input/wave", host="rest")
-    made.output("csv", "csv", host="rest")
+    made.robot("other", *other, command="input/wave", host=HERE)
+    made.output("csv", "csv", host=HERE)
     told = Told(end)
     ticks = made.run(tmp_path, show=told).ticks
     assert told.of("crashed")
@@ -164,8 +166,8 @@ def away(tmp_path: Path, back: float, beside: Any) -> tuple[Told, str, str]:
         os.environ["REMS_ROUTER"] = router.endpoint
         try:
             made = lab(pace=5.0, duration=60, wait={"back": back})
-            made.plans["robot/cart"].machine = "b"
-            made.plans["robot/cart"].host = "robot/cart"
+            cart = made.plans["robot/cart"]
+            cart.machine, cart.host, cart.restart = "b", "robot/cart", 2
             made.run(tmp_path / "here", show=told)
         except AgentError as error:
             ended = str(error)
