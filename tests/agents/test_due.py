@@ -14,10 +14,11 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.background import jobs
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.runtime import runtime
 from rems_net.errors import AgentError, uncoded
 from rems_net.events import Event, listening
-from tests.agents.runs import PARTS, Told
+from tests.agents.runs import PARTS, Told, in_one_host
 
 both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process"])
 
@@ -80,8 +81,7 @@ def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(tmp_path: Path) -
     for way in ("engine", "one", "many"):
         made = lab(process=way == "many", rest=0.002)
         if way == "one":
-            for plan in made.plans.values():
-                plan.host = "all"
+            in_one_host(made)
         made.run(tmp_path / way, direct=way == "engine", show=Told())
         found[way] = learned(tmp_path / way)
     assert found["engine"] == found["one"] == found["many"]
@@ -109,7 +109,7 @@ def test_a_late_job_holds_the_tick_and_is_named(
 
 def test_the_clock_names_a_job_that_holds_the_tick(tmp_path: Path) -> None:
     told = Told()
-    lab(due=1, rest=1.6, ticks=2).run(tmp_path, show=told)
+    in_one_host(lab(due=1, rest=1.6, ticks=2), HERE).run(tmp_path, show=told)
     assert any(
         re.search(
             r"tick 2 is held by process/learner.*waiting for job train, whose", line
@@ -121,7 +121,8 @@ def test_the_clock_names_a_job_that_holds_the_tick(tmp_path: Path) -> None:
 def test_a_free_running_agent_never_waits(tmp_path: Path) -> None:
     """As the robot of a device: it gets a late result late, and the run reports it."""
     told = Told()
-    lab("Free", due=1, rest=0.3, ticks=60).run(tmp_path, pace=1, show=told)
+    made = in_one_host(lab("Free", due=1, rest=0.3, ticks=60), HERE)
+    made.run(tmp_path, pace=1, show=told)
     late = r"process/learner: the result of job train came \d+ steps late; a free-.*"
     assert any(re.search(late, line) for line in told.lines), told.lines
     assert not any("is held by process/learner" in line for line in told.lines)

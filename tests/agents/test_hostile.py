@@ -13,6 +13,7 @@ from rems_net.agents.about.wiring import Entry
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.badge import badge_of, new_run
 from rems_net.agents.protocol.messages import Farewell, Request, pack_beat, pack_done
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.protocol.roster import Roster
 from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.tick import Tick
@@ -30,8 +31,11 @@ VALUE = pack({"speed": 1.0, "turn": 1.0})
 STATE = pack({"x": 9.0, "y": 9.0, "heading": 0.0})
 
 
-def lab(seconds: float = 3.0) -> Experiment:
-    """The robots get the input from another process, and the output gets robot/a."""
+def lab(seconds: float = 3.0, *here: str) -> Experiment:
+    """The robots get the input from another process, and the output gets robot/a.
+
+    here: the hosts that are no process.
+    """
     made = Experiment("aimed_at", dt=0.02, duration=seconds, folder=PARTS)
     made.record = False  # a recording also has what was said of the attacks
     made.input("steady", "parts.py:Steady")
@@ -39,6 +43,8 @@ def lab(seconds: float = 3.0) -> Experiment:
         made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
     made.output("csv", "csv")
     made.plans["output/csv"].host = "robot/b"
+    for plan in made.plans.values():
+        plan.host = HERE if plan.host in here else plan.host
     return made
 
 
@@ -171,9 +177,9 @@ def test_a_copied_badge_is_no_secret(ahead: int, tmp_path: Path) -> None:
         )
 
     told = Told(attack)
-    lab(1.0).run(tmp_path, pace=1, show=told)
+    lab(1.0, "robot/b").run(tmp_path, pace=1, show=told)
     said = [line for line in told.said if "it is a second value of tick " in line]
-    assert {line.split("]")[0] for line in said} == {"[robot/a", "[robot/b"}
+    assert {line.split("]")[0] for line in said} == {"[robot/a", "[here"}
     assert all("with the badge of input/steady." in line for line in said)
 
 
@@ -198,7 +204,7 @@ def test_a_value_is_said_again_as_it_was(tmp_path: Path) -> None:
             fabric.clock("end")
 
     told = Told(disturb)
-    lab(20.0).run(tmp_path, pace=1, show=told)
+    lab(20.0, "input/steady", "robot/b").run(tmp_path, pace=1, show=told)
     assert len(answers) > 5
     assert all(len(payloads) == 1 for payloads in answers.values())
 
@@ -229,7 +235,8 @@ def test_a_stamp_of_the_future_is_obeyed_by_nobody(driver: str, tmp_path: Path) 
 
     lab = Experiment("future", dt=0.02, duration=20.0, folder=PARTS)
     lab.record = False
-    lab.robot("a", "parts.py:Cart", f"parts.py:{driver}")
+    host = HERE if driver == "Euler" else None
+    lab.robot("a", "parts.py:Cart", f"parts.py:{driver}", host=host)
     told = Told(command)
     lab.run(tmp_path, pace=1, show=told)
     assert states[0] == 0.0
@@ -309,7 +316,7 @@ def test_who_leaves_early_is_a_failure(tmp_path: Path) -> None:
 
     told = Told(leave)
     with pytest.raises(AgentError) as caught:
-        lab().run(tmp_path, pace=1, show=told)
+        lab(3.0, "input/steady", "robot/b").run(tmp_path, pace=1, show=told)
     assert caught.value.agent == "robot/a"
     assert "before the end of the run" in caught.value.cause
 
@@ -332,7 +339,7 @@ def test_strangers_values_cost_no_memory(tmp_path: Path) -> None:
         clock.pacing.end()
 
     told = Told(flood)
-    made = lab(100.0)
+    made = in_one_host(lab(100.0), HERE)
     made.output("log", "parts.py:Log", robots="robot/*/state", host="log")
     made.run(tmp_path, pace=1, show=told)
     assert sizes[1] < sizes[0] + 20_000, sizes

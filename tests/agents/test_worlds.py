@@ -9,6 +9,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
+from rems_net.agents.protocol.plan import HERE
 from rems_net.client import join
 from rems_net.errors import AgentError
 from rems_net.recordings.manifest import read_manifest
@@ -111,7 +112,9 @@ def test_one_process_for_all_that_are_in_it(tmp_path: Path) -> None:
             found["reset"] = fabric.call("world/arena", "reset", (), {})
 
     told = Told(look)
-    made = lab(tmp_path, "kinematic", pace=1.0)
+    made = lab(tmp_path, "kinematic", pace=1.0, record=False)
+    for key in ("input/ahead", "process/wait", "output/log"):
+        made.plans[key].host = HERE
     made.run(tmp_path / "a", show=told)
     hosts = found["agents"]
     assert {hosts[f"robot/{n}"] for n in ("pusher", "waiter")} == {hosts["world/arena"]}

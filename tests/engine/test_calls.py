@@ -7,6 +7,7 @@ import pytest
 
 from rems_net import Experiment, In, Output, Process, Verbs
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError, SchemaError, uncoded
 from tests.agents.runs import Told
 from tests.engine.callers import (
@@ -197,13 +198,14 @@ def test_the_same_bytes_in_the_engine_in_one_host_and_in_many() -> None:
 def test_a_robot_in_real_time_gets_calls_and_warns_of_wrong_ones(
     tmp_path: Path,
 ) -> None:
-    lab = Experiment("free", dt=0.02, duration=2.0, folder=PARTS)
+    lab = Experiment("free", dt=0.02, duration=2.0, folder=PARTS, record=False)
     lab.robot("a", "callers.py:Sled", "callers.py:Free", initial={"x": 0.3})
-    lab.process("ref", "callers.py:Referee", sled="robot/a/state")
+    lab.process("ref", "callers.py:Referee", sled="robot/a/state", host=HERE)
     # Late, as nobody waits for that robot: it may begin some ticks after the others.
     late = {"what": ".put()", "at": 80}
-    lab.process("wrong", "callers.py:Wrong", sled="robot/a/state", options=late)
-    lab.output("log", "csv")
+    wrong = {"sled": "robot/a/state", "options": late, "host": HERE}
+    lab.process("wrong", "callers.py:Wrong", **wrong)
+    lab.output("log", "csv", host=HERE)
     told = Told()
     done = lab.run(tmp_path, show=told, pace=1)
     assert done.ticks == 100
@@ -222,7 +224,8 @@ def test_a_wrong_call_ends_a_run_in_processes_with_the_same_sentence(
 ) -> None:
     lab = sled()
     lab.plans.clear()
-    lab.robot("a", "callers.py:Sled", "kinematic")
+    lab.record = False
+    lab.robot("a", "callers.py:Sled", "kinematic", host=HERE)
     lab.process(
         "ref", "callers.py:Wrong", sled="robot/a/state", options={"what": ".putt(1)"}
     )

@@ -13,6 +13,7 @@ from hypothesis import Phase, given, settings, strategies as st
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.cli.demo import FILE as DEMO
 from rems_net.client import Fabric
 from rems_net.maths.numerics import environment
@@ -140,9 +141,10 @@ def test_a_verb_between_two_ticks(tmp_path: Path) -> None:
             fabric.clock("resume")
 
     new = Experiment("verb", dt=0.1, duration=100.0, folder=PARTS)
-    new.input("wave", "parts.py:Wave", host="rest")
+    new.record = False
+    new.input("wave", "parts.py:Wave", host=HERE)
     new.robot("a", "parts.py:Cart", "kinematic", command="input/wave")
-    new.output("log", "csv", host="rest")
+    new.output("log", "csv", host=HERE)
     told = Told(reset)
     new.run(tmp_path / "processes", show=told, pace=5)
     assert not told.errors

@@ -9,6 +9,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.solo import Solo
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.runtime import runtime
 from rems_net.client import Fabric
 from rems_net.errors import ExperimentError
@@ -99,10 +100,12 @@ def test_the_same_bytes_in_the_engine_in_one_host_and_in_many() -> None:
 
 
 def test_a_writer_that_has_left_is_silent(tmp_path: Path) -> None:
-    lab = youbot("input/base", "process/arm")
+    lab = youbot("input/base", "process/arm", host=HERE)
+    lab.record = False
     lab.on_failure = "drop"
     lab.process("fails", "sharers.py:Fails", robot="robot/kuka/state")
-    lab.robot("other", "youbot", "kinematic", command=["input/base", "process/fails"])
+    both = ["input/base", "process/fails"]
+    lab.robot("other", "youbot", "kinematic", command=both, host=HERE)
     done = lab.run(tmp_path)
     assert done.ticks == 30
     rows = [row.split(",") for row in (tmp_path / "other.csv").read_text().splitlines()]
@@ -207,10 +210,11 @@ def test_why_tells_of_each_writer(tmp_path: Path) -> None:
             said.extend(fabric.why("robot/kuka/command"))
             fabric.clock("end")
 
-    lab = Experiment("why", dt=0.1, duration=100.0, folder=PARTS)
-    lab.input("base", "sharers.py:Silent")
-    lab.process("arm", "sharers.py:Above", robot="robot/kuka/state")
-    lab.robot("kuka", "youbot", "kinematic", command=["input/base", "process/arm"])
+    lab = Experiment("why", dt=0.1, duration=100.0, folder=PARTS, record=False)
+    lab.input("base", "sharers.py:Silent", host=HERE)
+    lab.process("arm", "sharers.py:Above", robot="robot/kuka/state", host=HERE)
+    both = ["input/base", "process/arm"]
+    lab.robot("kuka", "youbot", "kinematic", command=both, host=HERE)
     show = Told(ask)
     lab.run(tmp_path, show=show, pace=5)
     assert not show.errors

@@ -12,6 +12,7 @@ import pytest
 import rems_net
 from rems_net import Experiment
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick
 from rems_net.agents.world import OBJECT
 from rems_net.defdict import (
@@ -252,8 +253,8 @@ def test_a_robot_is_at_its_initial_place_before_its_first_step(
 ) -> None:
     """In CSV files and in MCAP, from which the same CSV file is exported."""
     lab = Experiment("late", dt=0.1, duration=1.0)
-    lab.robot("a", "woodbot", "kinematic")
-    lab.robot("b", "woodbot", "kinematic", every=3, initial={"x": "1 m"})
+    lab.robot("a", "woodbot", "kinematic", host=HERE)
+    lab.robot("b", "woodbot", "kinematic", every=3, initial={"x": "1 m"}, host=HERE)
     lab.output("log", "csv")
     result = lab.run(tmp_path / "run", show=Show(), direct=direct)
     assert result["b"]["state/x"].tolist() == [1.0] * 10

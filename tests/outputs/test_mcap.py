@@ -15,6 +15,7 @@ from rems_net import Experiment, In, Input, Out, Process, Schema, Woodbot
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.host.outlet import CROWD
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick
 from rems_net.defdict import (
     Batch,
@@ -132,7 +133,7 @@ def test_a_port_that_is_named_and_an_agent(tmp_path: Path) -> None:
     """Instead of all of a kind; the same bytes in a process of its own."""
     found = []
     for direct in (True, False):
-        made = carts(20)
+        made = in_one_host(carts(20), HERE)
         made.plans = {key: p for key, p in made.plans.items() if p.kind != "output"}
         none = "process/nobody*/*"
         made.output(
@@ -157,9 +158,7 @@ def late(made: Experiment) -> Experiment:
 
 def test_robots_that_come_later_and_step_less_often(tmp_path: Path) -> None:
     engine = record(late(carts()), tmp_path / "engine", direct=True)
-    several = late(carts())
-    in_a_few(several)
-    assert record(several, tmp_path / "few") == engine
+    assert record(in_one_host(late(carts()), HERE), tmp_path / "few") == engine
     counts = {
         one.topic: summary(tmp_path / "few" / "run.mcap")
         .statistics.channel_message_counts[one.id]
@@ -364,9 +363,9 @@ def crowd() -> Experiment:
     """Robots of which many are alike, and some step less often."""
     lab = Experiment("crowd", dt=0.1, duration=1.2)
     for i in range(60):
-        lab.robot(f"bot{i}", "woodbot", "kinematic", host=f"host{i % 2}")
-    lab.robot("late", "woodbot", "kinematic", every=5, host="host0")
-    lab.robot("other", "epuck", "kinematic", host="host1")
+        lab.robot(f"bot{i}", "woodbot", "kinematic", host="process" if i % 2 else HERE)
+    lab.robot("late", "woodbot", "kinematic", every=5, host=HERE)
+    lab.robot("other", "epuck", "kinematic", host="process")
     return lab
 
 
@@ -398,8 +397,8 @@ def swarm(ticks: int = 40) -> Experiment:
         more: dict[str, Any] = {"every": 5} if i == 8 else {}
         more |= {"since": 1.1} if i == 9 else {}
         lab.robot(f"bot{i}", "woodbot", "kinematic", host="swarm", **more)
-    lab.robot("apart", "epuck", "kinematic", host="apart")
-    lab.process("near", Near, robot="robot/bot7/state")
+    lab.robot("apart", "epuck", "kinematic", host=HERE)
+    lab.process("near", Near, robot="robot/bot7/state", host=HERE)
     return lab
 
 

@@ -12,9 +12,10 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.client import join
 from rems_net.recordings.mcap.reader import McapFile
-from tests.agents.runs import Told, until
+from tests.agents.runs import Told, in_one_host, until
 from tests.agents.test_determinism import lab as carts
 from tests.engine.callers import Referee, Sled
 from tests.outputs.test_mcap import decoded, late, record
@@ -44,7 +45,7 @@ def sleds() -> Experiment:
 
 def test_calls_and_joins_are_the_same_however_it_is_run(tmp_path: Path) -> None:
     engine = record(sleds(), tmp_path / "engine", direct=True)
-    assert record(sleds(), tmp_path / "hosts") == engine
+    assert record(in_one_host(sleds(), HERE), tmp_path / "hosts") == engine
     found = told(tmp_path / "engine" / "run.mcap")
     assert (0.6, 20, "robot/b", "joined") in found
     calls = [row for row in found if row[2] == "process/ref"]
@@ -77,7 +78,10 @@ def test_stop_of_a_person_is_in_the_file(tmp_path: Path) -> None:
             until(lambda: clock.tick.n >= 30, 60)
             fabric.release()
 
-    carts(100).run(tmp_path, pace=2, show=Told(stop))
+    made = in_one_host(carts(100), HERE)
+    made.plans["robot/dog"].host = "process"
+    made.plans["output/csv"].host = made.plans["output/log"].host = "outputs"
+    made.run(tmp_path, pace=2, show=Told(stop))
     stopped, released = told(tmp_path / "run.mcap")
     assert stopped[1:3] == (30, "clock")
     assert 0.5 < stopped[0] <= 1.5 < released[0]
@@ -162,8 +166,8 @@ def test_an_experiment_without_a_recording(tmp_path: Path) -> None:
 def test_an_output_called_recorder(tmp_path: Path, direct: bool) -> None:
     """And a second run of the same experiment."""
     lab = Experiment("named", dt=0.1, duration=0.2)
-    lab.robot("sim", "epuck", "kinematic")
-    lab.output("recorder", "csv")
+    lab.robot("sim", "epuck", "kinematic", host=HERE)
+    lab.output("recorder", "csv", host=HERE)
     for i in range(2):
         out = tmp_path / str(i)
         result = lab.run(out, direct=direct, show=Show())

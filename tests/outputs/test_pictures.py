@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment, In, Output
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, array, length
@@ -69,9 +70,9 @@ class Peek(Output):
 def test_in_a_run_and_after_one_that_was_killed(tmp_path: Path) -> None:
     """What a run would leave it says as it begins: a later one moves that."""
     lab = Experiment("dark", dt="0.1 s", duration="0.4 s")
-    lab.robot("bot", "epuck_camera", "kinematic")
-    lab.output("album", "pictures", every=2)
-    lab.output("peek", Peek)
+    lab.robot("bot", "epuck_camera", "kinematic", host=HERE)
+    lab.output("album", "pictures", every=2, host=HERE)
+    lab.output("peek", Peek, host=HERE)
     made = lab.run(tmp_path / "out").files
     assert made == [tmp_path / "out" / "bot.camera", tmp_path / "out" / "run.mcap"]
     names = [path.name for path in sorted(made[0].iterdir())]

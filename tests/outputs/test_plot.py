@@ -16,6 +16,7 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
 from rems_net.events import Event, listening
@@ -30,8 +31,8 @@ LINES = ["robot/sim/state/x", "robot/sim/state/heading", "input/keys/value/wheel
 
 def lab(**more: object) -> Experiment:
     made = Experiment("shown", dt="50 ms", duration="1 s", folder=ROOT / "examples")
-    made.input("keys", "csv", options={"file": "keys.csv"})
-    made.robot("sim", "woodbot", "kinematic", command="input/keys")
+    made.input("keys", "csv", options={"file": "keys.csv"}, host=HERE)
+    made.robot("sim", "woodbot", "kinematic", command="input/keys", host=HERE)
     made.output("figure", "plot", options=more)
     return made
 

@@ -87,7 +87,7 @@ def test_paused_stepped_resumed_and_ended(tmp_path: Path) -> None:
             until(lambda: clock.tick.n > stood + 50)
             seen.append(fabric.clock("end"))
 
-    made = lab(1_000_000, 0.01, pace=1)
+    made = lab(1_000_000, 0.01, "count", pace=1)
     rows = run(made, tmp_path, Told(tell))
     assert [int(r[0]) for r in rows] == list(range(1, len(rows) + 1))
     assert [float(r[1]) for r in rows] == [n / 100 for n in range(1, len(rows) + 1)]

@@ -17,6 +17,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.pacing import Pacing
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from tests.agents.bringing import bring
@@ -26,9 +27,9 @@ from tests.agents.runs import PARTS, Router, Told, alive, digest, in_one_host, u
 def lab(seconds: float = 2.0, **more: Any) -> Experiment:
     usual: dict[str, Any] = {"dt": 0.02, "pace": 1, "folder": PARTS, "record": False}
     made = Experiment("late", duration=seconds, **usual | more)
-    made.input("steady", "parts.py:Steady", host="rest")
+    made.input("steady", "parts.py:Steady", host=HERE)
     made.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/steady")
-    made.output("csv", "csv", host="rest")
+    made.output("csv", "csv", host=HERE)
     return made
 
 
@@ -152,7 +153,7 @@ def test_what_is_really_driven_never_catches_up() -> None:
 
 
 def away(seconds: float = 4.0, **more: Any) -> Experiment:
-    made = in_one_host(lab(seconds, **more))
+    made = in_one_host(lab(seconds, **more), HERE)
     cart = ("parts.py:Cart", "parts.py:Euler")
     made.robot("b", *cart, command="input/steady", machine="b")
     return made
@@ -255,12 +256,14 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
     assert sleeper.returncode == 1
     assert ": this host ends\n" in said
     monkeypatch.delenv("REMS_ROUTER")
-    in_one_host(away(4.0)).run(tmp_path / "alone", alone=True, pace="fast")
+    third = in_one_host(away(4.0), HERE)
+    third.plans["robot/b"].machine = ""
+    third.run(tmp_path / "alone", pace="fast")
     assert digest(tmp_path / "second") == digest(tmp_path / "alone")
 
 
 def test_a_run_that_waits_for_another_machine_can_be_ended(tmp_path: Path) -> None:
-    made = lab()
+    made = in_one_host(lab(), HERE)
     made.robot("far", "parts.py:Cart", "parts.py:Euler", machine="b")
 
     def end(clock: Clock) -> None:

@@ -18,6 +18,7 @@ from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.clock.progress import Progress
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.message import pack
@@ -33,9 +34,9 @@ def plain_agent() -> str:
 
 
 def lab(ticks: int = 60) -> Experiment:
-    """A process for robot/twin, and one for all others but robot/plain."""
+    """robot/twin and the recorder have a process; all others but robot/plain none."""
     made = Experiment("plain", dt=0.05, duration=ticks * 0.05, folder=PARTS)
-    made.input("steady", "parts.py:Steady", host="rest")
+    made.input("steady", "parts.py:Steady", host=HERE)
     for name in ("plain", "twin"):
         made.robot(name, "parts.py:Cart", "parts.py:Euler", command="input/steady")
     made.process(
@@ -43,19 +44,19 @@ def lab(ticks: int = 60) -> Experiment:
         "parts.py:Follow",
         leader="robot/plain/state",
         me="robot/dog/state",
-        host="rest",
+        host=HERE,
     )
     cart = ("parts.py:Cart", "parts.py:Euler")
-    made.robot("dog", *cart, command="process/follow", host="rest")
-    made.output("csv", "csv", host="rest")
+    made.robot("dog", *cart, command="process/follow", host=HERE)
+    made.output("csv", "csv", host=HERE)
     return made
 
 
 @pytest.fixture(scope="module")
 def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What every run must have written: what one host for all agents does."""
+    """What every run must have written: what a run without processes writes."""
     out = tmp_path_factory.mktemp("ours")
-    in_one_host(lab()).run(out, show=Told())
+    in_one_host(lab(), HERE).run(out, show=Told())
     return digest(out)
 
 

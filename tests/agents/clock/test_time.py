@@ -22,6 +22,7 @@ from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Admission, pack_age, pack_beat
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick, time_of
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.router.session import Session
@@ -29,15 +30,16 @@ from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, free_port, until
 
 
-def lab(ticks: int = 12, dt: float = 0.1, **more: Any) -> Experiment:
+def lab(ticks: int = 12, dt: float = 0.1, host: str = HERE, **more: Any) -> Experiment:
     made = Experiment("time", dt=dt, duration=ticks * dt, folder=PARTS, **more)
-    made.input("count", "parts.py:Count", host="count")
-    made.output("counts", "parts.py:Counts", host="count")
+    made.record = False
+    made.input("count", "parts.py:Count", host=host)
+    made.output("counts", "parts.py:Counts", host=host)
     return made
 
 
 def run(made: Experiment, out: Path, show: Told | None = None) -> list[list[str]]:
-    """What its output counted; with `show`, in processes."""
+    """Return what its output counted; with `show`, on a fabric."""
     made.run(out, show=show or Told(), direct=show is None)
     text = (out / "counts.txt").read_text(encoding="utf-8")
     return [line.split() for line in text.splitlines()]
@@ -116,7 +118,7 @@ def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
     """It needs 50 ms for a step, and the ticks come every 5 ms."""
     made = lab(200, 0.005, pace=1)
     made.process("slow", "parts.py:Slow", heard_from="input/count")
-    made.process("after", "parts.py:Pass", heard_from="process/slow", host="count")
+    made.process("after", "parts.py:Pass", heard_from="process/slow", host=HERE)
     rows = run(made, tmp_path, Told())
     assert len(series(rows, "count")) == 200
     seen = [n for _, n in series(rows, "slow")]
@@ -134,7 +136,7 @@ def test_a_free_running_member_is_never_waited_for(tmp_path: Path) -> None:
 def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
     made = lab()
     made.input("spin", "parts.py:Spin")
-    made.process("follows", "parts.py:Pass", heard_from="input/spin", host="count")
+    made.process("follows", "parts.py:Pass", heard_from="input/spin", host=HERE)
 
     def end(clock: Clock) -> None:
         until(lambda: len(told.of("held")) >= 2)
@@ -157,7 +159,7 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("how", "ahead"),
     [
-        ({"pace": "fast"}, AHEAD),
+        ({"pace": "fast", "host": "count"}, AHEAD),
         ({"pace": 100}, AHEAD),  # those of 0.1 s that are due
         ({"pace": "fast", "on_failure": "drop"}, 1),
     ],
@@ -175,6 +177,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
     seen: dict[str, int] = {}
     told = Told(look)
     made = lab(40, **how)
+    made.record = True
     made.input("spin", "parts.py:Spin")
     made.process("reads", "parts.py:Pass", heard_from="input/spin", host="reads")
     made.plans["output/counts"].host = "reads"

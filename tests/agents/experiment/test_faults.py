@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, RemsError, uncoded
 from tests.agents.runs import PARTS, Told, relatives, shared_memory, until
 
@@ -31,10 +32,10 @@ def lab(how: str = "", kind: str = "wrong.py:Bad", **more: object) -> Experiment
     made = Experiment("faults", dt=0.1, duration=1, folder=PARTS, record=False)
     options = {"how": how} if kind == "wrong.py:Bad" else {}
     made.input("stick", kind, options=options, **more)
-    made.input("wave", "parts.py:Wave", host="rest")
+    made.input("wave", "parts.py:Wave", host=HERE)
     cart = ("parts.py:Cart", "parts.py:Euler")
-    made.robot("cart", *cart, command="input/wave", host="rest")
-    made.output("csv", "csv", host="rest")
+    made.robot("cart", *cart, command="input/wave", host=HERE)
+    made.output("csv", "csv", host=HERE)
     return made
 
 

@@ -14,6 +14,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.checking.connections import shown
 from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event
@@ -45,13 +46,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def lab(rows: str = "1,1,1\n", **more: Any) -> Experiment:
+def lab(rows: str = "1,1,1\n", host: str = HERE, **more: Any) -> Experiment:
     Path("keys.csv").write_text(KEYS + rows, encoding="utf-8")
     made = Experiment("lab", **{"duration": "0.3 s", **more})
     made.input("keys", "csv", options={"file": "keys.csv"})
     made.robot("sim", "woodbot", "kinematic", command="input/keys")
     made.output("log", "csv")
-    return in_one_host(made)
+    return in_one_host(made, host)
 
 
 def names(folder: Path) -> list[str]:
@@ -65,7 +66,7 @@ def test_what_was_there_is_moved_and_told(here: Path) -> None:
     (runs / "lab" / "notes.txt").write_text("mine")
     first = (runs / "lab" / "sim.csv").read_bytes()
     made = lab()
-    made.robot("other", "woodbot", "kinematic")
+    made.robot("other", "woodbot", "kinematic", host=HERE)
     made.run(show=told)
     # Of robot/other it is said, too, that nothing commands it.
     assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.1"
@@ -168,7 +169,7 @@ OUTLINE = (
 
 
 def test_what_a_folder_says_of_its_run(here: Path) -> None:
-    made = lab()
+    made = lab(host="all")
     made.plans["robot/sim"].initial = {"x": "20 cm"}
     made.run(show=Told())
     told = json.loads((here / "runs/lab/run.json").read_text())

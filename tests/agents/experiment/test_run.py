@@ -10,6 +10,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.runs import PARTS, Told, until
 
@@ -17,7 +18,7 @@ from tests.agents.runs import PARTS, Told, until
 def carts(robots: int = 2, **options: object) -> Experiment:
     """An input, carts (the last, with `options`, in its own process) and a log."""
     lab = Experiment("carts", dt=0.1, duration="3 s", folder=PARTS)
-    lab.input("wave", "parts.py:Wave", host="rest")
+    lab.input("wave", "parts.py:Wave", host=HERE)
     for i in range(robots):
         last = i == robots - 1
         lab.robot(
@@ -26,9 +27,9 @@ def carts(robots: int = 2, **options: object) -> Experiment:
             "parts.py:Euler",
             command="input/wave",
             options=options if last else {},
-            host=None if last else "rest",
+            host=None if last else HERE,
         )
-    lab.output("log", "parts.py:Log", host="rest")
+    lab.output("log", "parts.py:Log", host=HERE)
     return lab
 
 
@@ -67,8 +68,8 @@ def test_what_the_clock_counts_as_done_an_output_has_written(
                 ahead.append((done, len(rows(log))))
 
     lab = Experiment("carts", dt=0.1, duration="1.2 s", folder=PARTS)
-    lab.input("wave", "parts.py:Wave", host="rest")
-    lab.output("log", "parts.py:SleepyLog", host="rest", robots="input/*/*")
+    lab.input("wave", "parts.py:Wave", host=HERE)
+    lab.output("log", "parts.py:SleepyLog", host=HERE, robots="input/*/*")
     told = Told(look)
     lab.run(tmp_path, show=told)
     assert not ahead
@@ -94,8 +95,10 @@ def test_a_killed_agent_ends_the_run_and_is_named(
     tmp_path: Path, pace: float | str, least: int
 ) -> None:
     """Fast, it takes the last values with it that it had not sent yet."""
+    lab = carts(kill_at=20)
+    lab.record = False
     with pytest.raises(AgentError) as caught:
-        carts(kill_at=20).run(tmp_path, pace=pace)
+        lab.run(tmp_path, pace=pace)
     assert uncoded(caught.value) == "robot/r1: was killed by signal 15"
     ticks = [int(r[0]) for r in rows(tmp_path / "log.txt")]
     assert ticks == [n for n in range(1, ticks[-1] + 1) for _ in range(4)]
@@ -116,8 +119,8 @@ def test_a_glob_that_matches_nothing_is_told(
 def test_a_value_that_does_not_fit_is_dropped_and_told(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    lab = Experiment("fast", dt=0.1, duration="3 s", folder=PARTS)
-    lab.input("fast", "parts.py:TooFast")
+    lab = Experiment("fast", dt=0.1, duration="3 s", folder=PARTS, record=False)
+    lab.input("fast", "parts.py:TooFast", host=HERE)
     lab.robot("cart", "parts.py:Cart", "parts.py:Euler", command="input/fast")
     lab.output("log", "parts.py:Log")
     lab.plans["output/log"].host = "robot/cart"
