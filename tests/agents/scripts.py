@@ -21,12 +21,12 @@ VALUE = Schema("hand", {"wheel": {"left": percent(), "right": percent()}})
 
 
 """
-#: the experiment that it is in
+#: the experiment that it is in, alone in its process
 LAB = """
-lab = Experiment("lab", duration="1 s")
+lab = Experiment("lab", duration="1 s", record=False)
 lab.input("hand", Hand)
-lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="rest")
-lab.output("log", "csv", host="rest")
+lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="here")
+lab.output("log", "csv", host="here")
 """
 #: the same, where it is about the driver alone
 ALONE = """

@@ -236,7 +236,9 @@ def test_what_a_run_warns_of(tmp_path: Path) -> None:
     """Outs that are never set, and robots that nothing can command in time."""
     two = "value = Out(VALUE)\n    second = Out(VALUE)"
     run = 'lab.plans["robot/sim"].sources["command"] += "/command"\n'
-    run += 'lab.plans["process/follow"].sources["leader"] += "/value"\nlab.run()\n'
+    run += 'lab.plans["process/follow"].sources["leader"] += "/value"\n'
+    run += "lab.record = False\nfor key, plan in lab.plans.items():\n"
+    run += '    plan.host = key if key == "input/hand" else "here"\nlab.run()\n'
     never = text("    value = Out(VALUE)", f"    {two}", run)
     never = never.replace('return {"wheel/left": 50}', 'self.second["wheel/left"] = 1')
     assert script(tmp_path, never) == (

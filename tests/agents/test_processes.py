@@ -25,10 +25,10 @@ class Hand(Input):
 
 
 left = float(input("left? "))
-lab = Experiment("lab", duration="1 s")
+lab = Experiment("lab", duration="1 s", record=False)
 lab.input("hand", Hand, options={"left": left})
-lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="rest")
-lab.output("log", "csv", host="rest")
+lab.robot("sim", "woodbot", "kinematic", command="input/hand", host="here")
+lab.output("log", "csv", host="here")
 lab.run()
 """
 WRITES = """

@@ -91,10 +91,9 @@ def test_what_a_caller_of_an_engine_calls_is_called_again(tmp_path: Path) -> Non
         ("robot/led", Outside(17, "put", [-1], {"load": 2.0})),
         ("robot/slow", Outside(17, "put", [3.0], {"load": 0.5})),
     ]
-    for way in ((), ("--fabric",)):
-        done = inside("rerun", str(tmp_path / "run"), *way, folder=PARTS)
-        assert SAME in done.stdout, done
-        assert done.returncode == 0
+    done = inside("rerun", str(tmp_path / "run"), folder=PARTS)
+    assert SAME in done.stdout, done
+    assert done.returncode == 0
     shared = rebuild(path, PARTS)
     in_one_host(shared.lab)
     assert compare(shared, fabric=True).differ == 0
@@ -221,6 +220,7 @@ def test_values_that_were_put_and_a_stop_are_repeated(
     path = tmp_path / "run.mcap"
     assert [*McapFile(path).holds()] == [(9, True), (12, False)]
     again = rebuild(path, tmp_path)
+    in_one_host(again.lab)
     again.check()
     assert compare(again, fabric=fabric).differ == 0
     without = rebuild(path, tmp_path)

@@ -33,6 +33,7 @@ def read(path: Path) -> tuple[list[str], list[list[float]]]:
 
 
 def test_one_robot(folder: Path, program: Run) -> None:
+    (folder / "lab.toml").write_text(together(LAB))
     done = program("run", "lab.toml", "--out", "results")
     assert (done.returncode, done.stderr) == (0, "")
     header, rows = read(folder / "results" / "model.csv")
@@ -97,6 +98,8 @@ def long(folder: Path) -> None:
 def test_interrupted(
     folder: Path, start: Start, agents: Agents, gone: Gone, how: signal.Signals
 ) -> None:
+    if how == signal.SIGTERM:
+        (folder / "lab.toml").write_text(together((folder / "lab.toml").read_text()))
     process = start("run", "lab.toml")
     who = agents(ticks=3)
     begun = calm()

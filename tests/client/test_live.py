@@ -31,6 +31,10 @@ lab.robot("free", "parts.py:Cart", "parts.py:Euler")
 lab.output("log", "parts.py:Log", host="rest")
 lab.run("out")
 """
+#: the same, with one process, that of the robot that nobody in it commands
+HERE = SCRIPT.replace('"rest"', '"here"').replace(
+    "input/wave", 'input/wave", host="here'
+)
 
 
 def roster(session: Session) -> list[dict[str, Any]]:
@@ -43,10 +47,10 @@ Lab = tuple[subprocess.Popen[str], Session]
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[Lab]:
+def running(folder: Path, text: str = SCRIPT) -> Iterator[Lab]:
     """A paced experiment in a process of its own, and a session beside it."""
     script = folder / "live.py"
-    script.write_text(SCRIPT, encoding="utf-8")
+    script.write_text(text, encoding="utf-8")
     with pytest.MonkeyPatch.context() as place:
         place.setenv("XDG_RUNTIME_DIR", str(folder))
         folder.chmod(0o700)
@@ -83,7 +87,7 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     """One that goes on."""
-    with running(tmp_path_factory.mktemp("live")) as lab:
+    with running(tmp_path_factory.mktemp("live"), HERE) as lab:
         yield lab
 
 
@@ -231,9 +235,9 @@ def test_an_experiment_joins_the_router_it_is_told(
         session.watch("rems/robot/cart/state", box)
         monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
         lab = Experiment("told", dt=0.1, duration=1, folder=PARTS)
-        lab.input("wave", "parts.py:Wave", host="a")
+        lab.input("wave", "parts.py:Wave", host="here")
         cart = ("parts.py:Cart", "parts.py:Euler")
-        lab.robot("cart", *cart, command="input/wave", host="a")
+        lab.robot("cart", *cart, command="input/wave", host="here")
         assert lab.run(tmp_path).ticks == 10
         ticks = [
             m.stamp()[0]

@@ -40,12 +40,12 @@ class Swing(Input):
     def read(self, tick):
         return {"arm/joint/2": 0.5 * sin(tick.t), "arm/speed": 1.0}
 
-lab = Experiment("room", dt=0.02, duration="600 s", pace=1)
+lab = Experiment("room", dt=0.02, duration="600 s", pace=1, record=False)
 lab.world("room", options={"mjcf": "room.xml"})
-lab.input("ahead", Ahead, host="lab")
-lab.input("swing", Swing, host="lab")
+lab.input("ahead", Ahead, host="here")
+lab.input("swing", Swing, host="here")
 lab.robot("bot", "woodbot", "mujoco", world="room", command="input/ahead")
-lab.robot("arm", "youbot_arm", "kinematic", command="input/swing", host="lab")
+lab.robot("arm", "youbot_arm", "kinematic", command="input/swing", host="here")
 lab.run("out")
 """
 DEEP = "rems.arena.isDeep"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rems_net import Experiment
 from rems_net.agents.host.outlet import CROWD
+from rems_net.agents.protocol.plan import HERE
 from rems_net.client import Fabric
 from rems_net.dashboard.feed import Feed
 from rems_net.dashboard.viewers.ports import Ports
@@ -17,10 +18,10 @@ from tests.client.test_fabric import try_join
 
 @contextmanager
 def crowd(folder: Path) -> Iterator[Fabric]:
-    """Run robots in one host; the run ends with the block."""
+    """Run robots in one host, beside this thread; the run ends with the block."""
     lab = Experiment("feed", dt=0.02, duration="60 s", pace=1)
     for i in range(CROWD + 1):
-        lab.robot(f"r{i}", "woodbot", "kinematic", host="all")
+        lab.robot(f"r{i}", "woodbot", "kinematic", host=HERE)
     thread = threading.Thread(target=lambda: lab.run(folder))
     thread.start()
     with until(try_join) as fabric:

@@ -22,6 +22,7 @@ from tests.commands import command, environment
 SCRIPT = """
 from rems_net import Experiment
 lab = Experiment("frozen", dt="20 ms", duration="600 s", pace=1, fabric="frozen")
+lab.record = False
 for name in ("a", "b"):
     lab.robot(name, "woodbot", "kinematic", host=name)
 lab.run("out")

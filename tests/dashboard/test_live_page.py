@@ -33,9 +33,9 @@ class Holder(Process):
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("live", dt=0.02, duration="600 s", pace=1)
-lab.input("swing", "{TUNED}/tuned.py:Swing", host="rest")
+lab.input("swing", "{TUNED}/tuned.py:Swing", host="here")
 cart = "{TUNED}/tuned.py:Cart"
-lab.robot("cart", cart, "kinematic", command="input/swing", host="rest")
+lab.robot("cart", cart, "kinematic", command="input/swing", host="here")
 lab.process("holder", "holder.py:Holder", cart="robot/cart/state")
 lab.run("out")
 """

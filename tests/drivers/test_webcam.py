@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rems_net import Experiment, read
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.robot import combine
 from rems_net.bodies.lens import Lens
 from rems_net.cli import main
@@ -81,13 +82,15 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     folder = Path(__file__).parent
     lab = Experiment("film", dt="50 ms", duration="3.6 s", pace=1, folder=folder)
     marker = {"id": 3, "size": SIZE, "height": 1e-9}
-    lab.robot("bot", "woodbot", "kinematic", marker=marker, command="process/go")
+    more = {"marker": marker, "command": "process/go"}
+    lab.robot("bot", "woodbot", "kinematic", host=HERE, **more)
     lens = {"fx": 1200.0, "place": {"z": 1.0}}
     options = {"film": str(tmp_path / shots), "rate": 15, "delay": "0.1 s"}
     lab.robot("cam", "camera", "webcam", parameters=lens, options=options)
     seen = {"robots": "bot"}
-    lab.process("eyes", "localise", camera="robot/cam/sensors", options=seen)
-    lab.process("go", Go)
+    camera = "robot/cam/sensors"
+    lab.process("eyes", "localise", camera=camera, options=seen, host=HERE)
+    lab.process("go", Go, host=HERE)
     run = lab.run(tmp_path / "out")
     poses, bot = read(run.folder)["process/eyes"], read(run.folder)["bot"]
     x, at = np.array(poses.plain("bot/x")), np.array(poses.plain("bot/tick"))

@@ -11,6 +11,7 @@ import pytest
 from rems_net import Experiment, Out, Process, Tick
 from rems_net.agents.experiment.solo import Solo
 from rems_net.errors import AgentError, ExperimentError, FieldValueError
+from tests.agents.runs import in_one_host
 from tests.commands import ROOT, finished
 from tests.engine.parts import COMMAND, Cart, Jumper, Stick, Wave
 
@@ -119,8 +120,8 @@ def test_it_records_if_asked(tmp_path: Path) -> None:
         engine.run()
     names = [Path(file).name for file in engine.files]
     assert names == ["free.csv", "sim.csv", "run.mcap"]
-    by_processes = new.run(tmp_path / "run")
-    for file in by_processes.files:
+    by_a_process = in_one_host(new).run(tmp_path / "run")
+    for file in by_a_process.files:
         assert (tmp_path / "rec" / file.name).read_bytes() == file.read_bytes()
 
 

@@ -69,8 +69,8 @@ class Same(Process):
         self.value = {"x": self.state.x}
 
 
-lab = Experiment("unguarded", dt="50 ms", duration="1 s")
-lab.robot("sim", "woodbot", "kinematic")
+lab = Experiment("unguarded", dt="50 ms", duration="1 s", record=False)
+lab.robot("sim", "woodbot", "kinematic", host="here")
 lab.process("same", Same)
 env = rems_net.gym.make(
     lab, act="robot/sim/command", observe="process/same/value", fabric=True)

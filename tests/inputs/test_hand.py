@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment, Input, Out, Schema, load, rule
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.tick import Tick
 from rems_net.defdict import boolean, percent
 from rems_net.errors import ExperimentError
@@ -107,10 +108,10 @@ def test_a_rule_in_python_and_in_a_file(tmp_path: Path) -> None:
 
 def test_the_same_in_processes(tmp_path: Path) -> None:
     """The rule travels to the host by its name, and into the recording's plan."""
-    lab = Experiment("lab", duration="0.5 s")
-    lab.input("arrows", Arrows)
+    lab = Experiment("lab", duration="0.5 s", record=False)
+    lab.input("arrows", Arrows, host=HERE)
     lab.robot("wood", "woodbot", "kinematic", command="input/arrows", rules=[half])
-    lab.output("log", "csv")
+    lab.output("log", "csv", host=HERE)
     result = lab.run(tmp_path / "run")
     assert float(result["wood"]["state/x"].value[-1]) == pytest.approx(0.0365)
 

@@ -25,6 +25,7 @@ from rems_net import (
     cos,
     sin,
 )
+from rems_net.agents.protocol.plan import HERE
 from rems_net.cli import main
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
@@ -287,6 +288,7 @@ def test_a_robot_that_obeys_it_stops_after_the_bridge() -> None:
 def test_the_same_bytes_in_one_process_and_in_many(tmp_path: Path) -> None:
     def rows(how: str) -> dict[str, list[float]]:
         made = lab(eye={"covered": 20, "again": 40})
+        made.plans["input/keys"].host = made.plans["robot/sim"].host = HERE
         run = made.run(tmp_path / how, direct=how == "direct")
         found = rems_net.read(run.folder)["process/it"]
         ports = ("state/x", "state/heading", "covariance/x/heading", "deviation/y")

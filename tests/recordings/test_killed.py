@@ -20,6 +20,7 @@ import pytest
 import rems_net
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.protocol.plan import HERE
 from rems_net.cli import main
 from rems_net.errors import AgentError
 from rems_net.recordings.mcap.reader import McapFile
@@ -37,10 +38,15 @@ HOSTS = (
 )
 
 
-def recorded(ticks: int) -> Experiment:
-    """The carts without other outputs, so that the recorder has its own process."""
+def recorded(ticks: int, *hosts: str) -> Experiment:
+    """Return the carts without other outputs: the recorder has its own process.
+
+    hosts: of robots and others, those that have a process, too; at least one.
+    """
     made = carts(ticks)
     made.plans = {key: p for key, p in made.plans.items() if p.kind != "output"}
+    for key, plan in made.plans.items():
+        plan.host = key if key in hosts else HERE
     return made
 
 
@@ -67,7 +73,7 @@ def end_with(folder: Path, host: str, tick: int) -> None:
     seen: list[int] = []
     told = Told(kill_at(host, tick, seen))
     with pytest.raises(AgentError, match="killed by signal 9"):
-        recorded(100).run(folder, pace=4, show=told)
+        recorded(100, "robot/dog", host).run(folder, pace=4, show=told)
     if host.startswith("output"):
         (said,) = told.of("exit")
         assert said.startswith("run.mcap was left without its end; it has one now")
@@ -95,7 +101,7 @@ import sys
 from pathlib import Path
 from tests.recordings.test_killed import recorded
 if __name__ == "__main__":
-    recorded(2000).run(Path(sys.argv[1]), pace=4)
+    recorded(2000, "robot/dog").run(Path(sys.argv[1]), pace=4)
 """
 
 

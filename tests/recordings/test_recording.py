@@ -17,6 +17,7 @@ import pytest
 import rems_net
 from rems_net import Experiment
 from rems_net.agents.experiment.folder import Result
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.names import natural
 from rems_net.recordings.recording import Recording
@@ -32,7 +33,7 @@ def lab(folder: Path, robots: int = 2) -> Experiment:
     """Some Woodbots of different tracks, which start 10 cm apart."""
     (folder / "keys.csv").write_text(KEYS, encoding="utf-8")
     made = Experiment("lab", dt="0.1 s", duration="1 s", folder=folder)
-    made.input("keys", "csv", options={"file": "keys.csv"})
+    made.input("keys", "csv", options={"file": "keys.csv"}, host=HERE)
     for i in range(robots):
         made.robot(
             f"r{i + 1}",
@@ -41,9 +42,9 @@ def lab(folder: Path, robots: int = 2) -> Experiment:
             command="input/keys",
             parameters={"track": f"{100 + 10 * i} mm"},
             initial={"x": f"{10 * i} cm", "heading": "90 deg"},
-            host="all",
+            host=HERE,
         )
-    made.output("log", "csv")
+    made.output("log", "csv", host=HERE)
     return made
 
 

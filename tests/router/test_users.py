@@ -201,6 +201,7 @@ LAB = """\
 [experiment]
 dt = "10 ms"
 duration = "1 s"
+record = false
 [[robot]]
 name = "a"
 definition = "woodbot"
@@ -208,6 +209,7 @@ driver = "kinematic"
 [[output]]
 name = "log"
 type = "csv"
+host = "here"
 """
 
 

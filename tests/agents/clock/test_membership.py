@@ -24,7 +24,7 @@ from rems_net.errors import ExperimentError, FabricError
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, Told, digest, in_one_host, until
+from tests.agents.runs import PARTS, Told, digest, until
 
 PLAIN = PARTS.parent.parent / "docs" / "programs" / "plain_agent.py"
 
@@ -54,9 +54,11 @@ def lab(ticks: int = 60) -> Experiment:
 
 @pytest.fixture(scope="module")
 def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What every run must have written: what a run without processes writes."""
+    """What every run must have written: robot/plain is of our own class here."""
     out = tmp_path_factory.mktemp("ours")
-    in_one_host(lab(), HERE).run(out, show=Told())
+    made = lab()
+    made.plans["robot/plain"].host = HERE
+    made.run(out, show=Told())
     return digest(out)
 
 

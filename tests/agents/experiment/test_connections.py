@@ -100,8 +100,9 @@ def test_a_glob_that_matches_one_port_is_heard_across_processes(tmp_path: Path) 
     linked = lab()
     linked.input("wave", "parts.py:Wave")
     cart = ("parts.py:Cart", "parts.py:Euler")
-    linked.robot("cart", *cart, command="input/wa*", host="rest")
-    linked.output("log", "parts.py:Log", host="rest")
+    linked.record = False
+    linked.robot("cart", *cart, command="input/wa*", host="here")
+    linked.output("log", "parts.py:Log", host="here")
     linked.run(tmp_path)
     last = (tmp_path / "log.txt").read_text(encoding="utf-8").splitlines()[-2].split()
     assert last[:3] == ["10", "robot/cart/command", "0.5"]
@@ -126,12 +127,13 @@ def test_what_is_no_glob_is_told(source: str) -> None:
 
 def test_an_in_without_a_schema_takes_that_of_its_one_source(tmp_path: Path) -> None:
     linked = lab()
-    linked.input("drive", "parts.py:Steady", host="rest")
+    linked.record = False
+    linked.input("drive", "parts.py:Steady", host="here")
     cart = ("parts.py:Cart", "parts.py:Euler")
-    linked.robot("cart", *cart, command="input/drive", host="rest")
+    linked.robot("cart", *cart, command="input/drive", host="here")
     linked.process("far", f"{HERE}:Far", where="robot/cart/state")
-    linked.output("lines", f"{HERE}:Lines", host="rest")
-    linked.output("log", "parts.py:Log", host="rest")
+    linked.output("lines", f"{HERE}:Lines", host="here")
+    linked.output("log", "parts.py:Log", host="here")
     told = Told()
     linked.run(tmp_path, show=told)
     assert [line.partition("] ")[2] for line in told.said] == ["DefDict[cart.state] m"]

@@ -12,6 +12,7 @@ import pytest
 
 import rems_net
 from rems_net import Experiment
+from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, uncoded
 from rems_net.router.message import pack, pack_stamp
 from tests.agents.runs import Told, relatives, until
@@ -38,7 +39,10 @@ def lab(
     **options: Any,
 ) -> Experiment:
     made = Experiment("hw", dt=0.02, duration=seconds, pace=1, folder=FOLDER)
-    made.input("stick", "parts.py:Ahead", options={"fail_at": stick_fails_at})
+    made.record = False
+    stick = {"fail_at": stick_fails_at}
+    host = "stick" if stick_fails_at else HERE
+    made.input("stick", "parts.py:Ahead", options=stick, host=host)
     made.robot(
         "b",
         "parts.py:Cart",
@@ -46,8 +50,7 @@ def lab(
         command="input/stick",
         options={"port": str(device.link)} | options,
     )
-    made.output("csv", "csv")
-    made.plans["output/csv"].host = "input/stick"
+    made.output("csv", "csv", host=host)
     return made
 
 
@@ -175,6 +178,7 @@ def test_a_stamp_of_the_future_moves_no_device(tmp_path: Path) -> None:
     """A command that is stamped far ahead of the clock would be young for ever."""
     with Device(tmp_path) as device:
         lab = Experiment("hw", dt=0.02, duration=20.0, pace=1, folder=FOLDER)
+        lab.record = False
         options = {"port": str(device.link)}
         lab.robot("b", "parts.py:Cart", "parts.py:SerialCart", options=options)
         told_speeds: list[set[float]] = []

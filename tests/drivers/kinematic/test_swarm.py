@@ -8,6 +8,7 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.ports import In, Out
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.robot import Definition, combine
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Schema, length, velocity
@@ -58,8 +59,10 @@ def test_who_watches_from_the_start_misses_no_tick(tmp_path: Path) -> None:
 
     seen = Mailbox()
     lab = Experiment("crowd", dt=0.1, duration="2 s", folder=PARTS)
+    lab.record = False
     for i in range(400):
-        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Euler", host=f"h{i % 2}")
+        host = "process" if i % 2 else HERE
+        lab.robot(f"r{i}", "parts.py:Cart", "parts.py:Euler", host=host)
     lab.run(tmp_path, show=Watch())
     count = 0
     while isinstance(seen.get(1.0), Mail):
@@ -106,10 +109,10 @@ def test_a_swarm_that_senses_nothing() -> None:
 
 def test_hosts_make_no_difference(tmp_path: Path) -> None:
     def lab() -> Experiment:
-        made = Experiment("swarm", dt=0.05, duration=2, folder=PARTS)
+        made = Experiment("swarm", dt=0.05, duration=2, folder=PARTS, record=False)
         for i in range(6):
             made.input(
-                f"in{i}", "parts.py:Wheels", options={"phase": 0.3 * i}, host="rest"
+                f"in{i}", "parts.py:Wheels", options={"phase": 0.3 * i}, host=HERE
             )
             made.robot(
                 f"bot{i}",
@@ -118,7 +121,7 @@ def test_hosts_make_no_difference(tmp_path: Path) -> None:
                 command=f"input/in{i}",
                 host="alone" if i == 5 else f"h{i // 3}",
             )
-        made.output("log", "parts.py:Log", host="rest")
+        made.output("log", "parts.py:Log", host=HERE)
         return made
 
     one, many = tmp_path / "one", tmp_path / "many"

@@ -14,6 +14,7 @@ from hypothesis import given, strategies as st
 from rems_net import Experiment, Tick
 from rems_net.agents.experiment.again.compared import compare
 from rems_net.agents.experiment.again.rebuilt import rebuild
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.robot import combine
 from rems_net.agents.runtime import runtime
 from rems_net.bodies.body import Body, Box, Part
@@ -144,6 +145,7 @@ def test_the_same_bytes_in_one_process_two_and_many(tmp_path: Path) -> None:
         made.process("near", Near, seen="world/arena/real_sensors")
         made.robot("b", Tall, "kinematic", command="process/near")
         made.output("log", "csv")
+        made.record = False
         if how == "two":
             for plan in made.plans.values():
                 plan.host = plan.world or "rest"
@@ -162,9 +164,9 @@ def test_a_run_with_a_real_robot_is_repeated_to_the_byte(tmp_path: Path) -> None
     made = Experiment("real", dt="50 ms", duration="2 s", pace=1, folder=FOLDER)
     real = {"name": "real", "definition": Tall, "follows": "robot/real/state"}
     made.world("arena", options={"size": [2.0, 2.0]}, ghosts=[real])
-    made.input("drive", Drive, options={"speed": 3.0})
+    made.input("drive", Drive, options={"speed": 3.0}, host=HERE)
     made.robot("a", Tall, "kinematic", world="arena", command="input/drive")
-    made.process("near", Near, seen="world/arena/real_sensors", host="rest")
+    made.process("near", Near, seen="world/arena/real_sensors", host=HERE)
     with emulated("woodbot-ws") as device:
         made.robot(
             "real",

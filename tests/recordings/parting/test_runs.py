@@ -19,17 +19,17 @@ FREE = {"arena_radius": "0 m"}
 
 
 def run(folder: Path, robots: dict[str, dict[str, Any]], **keys: str) -> Recording:
-    """Run them, all in one process; each is told what its `keys` say, or `right`."""
+    """Run them in an engine; each is commanded what its `keys` say, or `right`."""
     lab = Experiment("lab", dt="20 ms", duration="6 s", folder=folder)
     for name, rows in keys.items():
         (folder / f"{name}.csv").write_text(HEAD + rows)
-        lab.input(name, "csv", options={"file": f"{name}.csv"}, host="all")
+        lab.input(name, "csv", options={"file": f"{name}.csv"})
     for name, told in robots.items():
         driver = "mujoco" if name == "mujoco" else "kinematic"
         source = f"input/{name if name in keys else 'right'}"
-        lab.robot(name, "woodbot", driver, command=source, host="all", **told)
+        lab.robot(name, "woodbot", driver, command=source, **told)
     lab.output("log", "csv")
-    lab.run(folder / "lab")
+    lab.run(folder / "lab", direct=True)
     return read(folder / "lab")
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.protocol.plan import HERE
 from tests.agents.runs import Told
 from tests.drivers.hardware.create2.scene import driven, emulated, wheels
 
@@ -18,12 +19,13 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 def lab(folder: Path, port: str) -> Experiment:
     (folder / "keys.csv").write_text(KEYS)
     made = Experiment("create2", dt=0.05, duration=1.5, pace=1, folder=folder)
-    made.input("keys", "csv", options={"file": "keys.csv"})
-    made.robot("model", "create2", "kinematic", command="input/keys")
+    made.record = False
+    made.input("keys", "csv", options={"file": "keys.csv"}, host=HERE)
+    made.robot("model", "create2", "kinematic", command="input/keys", host=HERE)
     made.robot(
         "real", "create2", "create2", command="input/keys", options={"port": port}
     )
-    made.output("log", "csv")
+    made.output("log", "csv", host=HERE)
     return made
 
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rems_net import Experiment
+from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import JOINTS, Arms
@@ -119,8 +120,9 @@ def test_an_arm_whose_writer_is_silent_holds_and_the_other_goes_on(
     with emulated(tmp_path, ScalerServos()) as emulator:
         parts = Path(__file__).parents[3] / "engine"
         lab = Experiment("two", dt=0.05, duration=5.0, pace=1, folder=parts)
-        lab.input("left", "sharers.py:Left")
-        lab.input("right", "sharers.py:Right")
+        lab.record = False
+        lab.input("left", "sharers.py:Left", host=HERE)
+        lab.input("right", "sharers.py:Right", host=HERE)
         lab.robot(
             "arms",
             "scaler",
@@ -128,7 +130,7 @@ def test_an_arm_whose_writer_is_silent_holds_and_the_other_goes_on(
             command=["input/left", "input/right"],
             options={"port": emulator.where},
         )
-        lab.output("log", "csv")
+        lab.output("log", "csv", host=HERE)
         lab.run(tmp_path / "out", show=Told())
     with (tmp_path / "out" / "arms.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
