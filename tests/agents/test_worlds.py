@@ -94,6 +94,7 @@ def test_things_are_heard_and_runs_are_the_same(tmp_path: Path) -> None:
     ]
     again = lab(tmp_path)
     backwards(again)
+    again.plans["input/ahead"].host = again.plans["process/wait"].host = "both"
     again.run(tmp_path / "b", show=Told())
     assert digest(tmp_path / "a") == digest(tmp_path / "b")
 

@@ -76,9 +76,10 @@ time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]
 """
 
 
-def together(lab: str) -> str:
-    """Return the experiment with all its agents in one process, which starts sooner."""
-    return re.sub(r"^\[\[\w+\]\]$", r'\g<0>\nhost = "one"', lab, flags=re.MULTILINE)
+def together(lab: str, host: str = "one") -> str:
+    """Return the experiment with all its agents in one host, which starts sooner."""
+    there = rf'\g<0>\nhost = "{host}"'
+    return re.sub(r"^\[\[\w+\]\]$", there, lab, flags=re.MULTILINE)
 
 
 @pytest.fixture

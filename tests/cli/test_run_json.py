@@ -30,8 +30,9 @@ if __name__ == "__main__":
     lab = Experiment("lab", duration="1 s")
     lab.input("stick", Stick, restart=1)
     for name in ("a", "b"):
-        lab.robot(name, "woodbot", "kinematic", command="input/stick/value")
-    lab.output("log", "csv")
+        more = {"command": "input/stick/value", "host": "here"}
+        lab.robot(name, "woodbot", "kinematic", **more)
+    lab.output("log", "csv", host="here")
     print("from the script")
     lab.run()
 """

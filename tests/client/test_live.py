@@ -31,10 +31,8 @@ lab.robot("free", "parts.py:Cart", "parts.py:Euler")
 lab.output("log", "parts.py:Log", host="rest")
 lab.run("out")
 """
-#: the same, with one process, that of the robot that nobody in it commands
-HERE = SCRIPT.replace('"rest"', '"here"').replace(
-    "input/wave", 'input/wave", host="here'
-)
+#: the same, in which each robot has a process, and the others have none
+TWO = SCRIPT.replace('"rest"', '"here"')
 
 
 def roster(session: Session) -> list[dict[str, Any]]:
@@ -87,7 +85,7 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     """One that goes on."""
-    with running(tmp_path_factory.mktemp("live"), HERE) as lab:
+    with running(tmp_path_factory.mktemp("live"), TWO) as lab:
         yield lab
 
 

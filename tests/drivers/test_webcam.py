@@ -82,7 +82,7 @@ def test_from_a_film_to_poses_and_a_robot_that_stops(
     folder = Path(__file__).parent
     lab = Experiment("film", dt="50 ms", duration="3.6 s", pace=1, folder=folder)
     marker = {"id": 3, "size": SIZE, "height": 1e-9}
-    more = {"marker": marker, "command": "process/go"}
+    more: dict[str, Any] = {"marker": marker, "command": "process/go"}
     lab.robot("bot", "woodbot", "kinematic", host=HERE, **more)
     lens = {"fx": 1200.0, "place": {"z": 1.0}}
     options = {"film": str(tmp_path / shots), "rate": 15, "delay": "0.1 s"}

@@ -203,7 +203,7 @@ def test_a_robot_in_real_time_gets_calls_and_warns_of_wrong_ones(
     lab.process("ref", "callers.py:Referee", sled="robot/a/state", host=HERE)
     # Late, as nobody waits for that robot: it may begin some ticks after the others.
     late = {"what": ".put()", "at": 80}
-    wrong = {"sled": "robot/a/state", "options": late, "host": HERE}
+    wrong: dict[str, Any] = {"sled": "robot/a/state", "options": late, "host": HERE}
     lab.process("wrong", "callers.py:Wrong", **wrong)
     lab.output("log", "csv", host=HERE)
     told = Told()

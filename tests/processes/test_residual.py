@@ -156,9 +156,9 @@ def ran(folder: Path, weights: Path, hosts: dict[str, str] | None) -> dict[str, 
 LAYOUTS: list[dict[str, str] | None] = [
     None,
     {"": "all"},
-    {},
-    {"process/learner": "a", "robot/real": "a"},
     {"robot/corrected": "a", "robot/alone": "a", "": "b"},
+    {"process/learner": "a", "robot/real": "a"},
+    {},
 ]
 
 

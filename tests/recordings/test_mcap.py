@@ -19,12 +19,13 @@ import rems_net
 from rems_net import Experiment, Schema
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.defdict import angle, cdr, length, text
 from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.recordings.mcap.reader import FAR, McapFile
 from rems_net.recordings.mcap.scan import finish, is_whole
 from rems_net.recordings.mcap.writer import McapWriter
-from tests.agents.runs import Told, until
+from tests.agents.runs import Told, in_one_host, until
 from tests.agents.test_determinism import lab as carts, pid_of
 
 STATE = Schema("state", {"x": length(), "heading": angle()})
@@ -228,7 +229,8 @@ def kill_output(clock: Clock, tick: int) -> None:
 
 
 def recorded(ticks: int = 80, **more: Any) -> Experiment:
-    made = carts(ticks)
+    """Return the carts, and in a process of its own what records them."""
+    made = in_one_host(carts(ticks), HERE)
     made.plans = {key: p for key, p in made.plans.items() if p.kind != "output"}
     made.output("rec", "mcap", **more)
     return made

@@ -19,6 +19,10 @@ B = 'machine = "b"\nhost = "far"'
 ON_B = LAB.replace(KEYS_LINE, f'options.file = "data/keys.csv"\n{B}').replace(
     'command = "input/keys"', f'command = "input/keys"\n{B}'
 )
+#: the same without a process on the laptop that runs it
+BRIEF = ON_B.replace('name = "log"', 'host = "here"\nname = "log"').replace(
+    'duration = "1 s"', 'duration = "1 s"\nrecord = false'
+)
 
 
 class Laptop:

@@ -41,8 +41,9 @@ class Follow(Process):
 HELPER = "def factor():\n    return 2.0\n"
 
 
+#: it has a process for the agents of machine b only
 WITH_CODE = (
-    together(LAB)
+    together(LAB, "here").replace("[experiment]", "[experiment]\nrecord = false")
     + """
 [[process]]
 name = "follow"
@@ -54,7 +55,7 @@ machine = "b"
 [[output]]
 name = "follow"
 type = "csv"
-host = "one"
+host = "here"
 robots = "process/follow/*"
 """
 )
@@ -154,7 +155,7 @@ def test_a_script_with_an_argument(pair: Pair) -> None:
 def test_who_cannot_is_told_on_both_sides_and_may_try_again(pair: Pair) -> None:
     anna, ben = pair
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
-    lab = WITH_CODE.replace('host = "one"\nname = "model"', f'{B}\nname = "model"')
+    lab = WITH_CODE.replace('host = "here"\nname = "model"', f'{B}\nname = "model"')
     files["follow_py"] = "import os\n" + FOLLOW.replace(
         "    def open(self):\n",
         "    def open(self):\n        if os.environ['LOGNAME'] == 'ben':\n"
@@ -180,9 +181,9 @@ def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
     """Ctrl+C there: the run still waits."""
     anna, ben = pair
     lab = WITH_CODE.replace('machine = "b"', B).replace(
-        'host = "one"\nname = "model"', f'{B}\nname = "model"'
+        'host = "here"\nname = "model"', f'{B}\nname = "model"'
     )
-    lab = lab.replace('host = "one"\nname = "keys"', 'machine = "c"\nname = "keys"')
+    lab = lab.replace('host = "here"\nname = "keys"', 'machine = "c"\nname = "keys"')
     files = {"follow_py": FOLLOW, "helper_py": HELPER}
     anna.write(lab_toml=lab, keys_csv=KEYS, gain_txt="1.5", **files)
     ben.write(**files)

@@ -6,6 +6,7 @@ from rems_net.router.message import machine as name_of_this
 from tests.agents.runs import digest
 from tests.cli.conftest import KEYS, LAB, together
 from tests.cli.placement.conftest import (
+    BRIEF,
     ON_B,
     Pair,
     ended,
@@ -48,7 +49,7 @@ def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
 def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
     """After `rems router use`, runs are on one's own fabric: the other finds it."""
     anna, ben = pair
-    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    anna.write(lab_toml=BRIEF, data__keys_csv=KEYS)
     for laptop in pair:
         router = laptop.environment.pop("REMS_ROUTER")
         assert laptop.rems("router", "use", router)[0] == 0
@@ -67,7 +68,7 @@ def test_each_has_joined_and_comes_first_or_last(pair: Pair) -> None:
 
 def test_a_machine_that_never_comes(pair: Pair) -> None:
     anna, _ = pair
-    lab = ON_B.replace('dt = "0.1 s"', 'dt = "0.1 s"\nwait = "2 s"')
+    lab = BRIEF.replace('dt = "0.1 s"', 'dt = "0.1 s"\nwait = "2 s"')
     anna.write(lab_toml=lab, data__keys_csv=KEYS)
     status, _, error = anna.rems("run", "lab.toml")
     assert status == 1
@@ -84,7 +85,7 @@ def test_a_router_that_others_cannot_reach_is_told(pair: Pair) -> None:
     for laptop in pair:
         del laptop.environment["REMS_ROUTER"]
     ben.environment["XDG_RUNTIME_DIR"] = anna.environment["XDG_RUNTIME_DIR"]
-    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    anna.write(lab_toml=BRIEF, data__keys_csv=KEYS)
     run = anna.start("run", "lab.toml")
     said = wait_for(run, "rems agent bring")
     assert ended(ben.bring("--as", "b"))[0] == 0
@@ -118,7 +119,7 @@ def test_an_output_writes_where_it_is(pair: Pair) -> None:
 
 def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
     anna, ben = pair
-    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    anna.write(lab_toml=BRIEF, data__keys_csv=KEYS)
     stays = ben.bring("--as", "b", "--stay", typed="y\ny\n")
     for out in ("first", "second"):
         assert anna.rems("run", "lab.toml", "--out", out)[0] == 0
@@ -132,7 +133,7 @@ def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
 
 def test_two_runs_that_want_one_machine(pair: Pair) -> None:
     anna, ben = pair
-    anna.write(lab_toml=ON_B, data__keys_csv=KEYS)
+    anna.write(lab_toml=BRIEF, data__keys_csv=KEYS)
     for team in ("team1", "team2"):
         run = anna.start("run", "lab.toml", "--fabric", team, "--out", team)
         wait_for(run, "rems agent bring")

@@ -19,7 +19,7 @@ from rems_net.cli import main
 from rems_net.defdict import angle, cdr, length
 from rems_net.errors import ExperimentError, MissingPartError, UnknownFieldError
 from rems_net.recordings.mcap.writer import McapWriter
-from tests.agents.test_determinism import lab as carts
+from tests.agents.test_determinism import in_a_few, lab as carts
 from tests.commands import ROOT
 
 STATE = Schema("state", {"x": length(), "heading": angle()})
@@ -56,9 +56,10 @@ def test_the_bytes_of_csv(both: Path, capsys: pytest.CaptureFixture[str]) -> Non
             assert np.array_equal(mcap.table(name)[heading], values), heading
 
 
-def test_the_bytes_of_csv_from_many_processes(tmp_path: Path) -> None:
+def test_the_bytes_of_csv_from_several_processes(tmp_path: Path) -> None:
     made = carts()
     made.output("rec", "mcap")
+    in_a_few(made)
     made.run(tmp_path / "a", show=Show())
     rems_net.read(tmp_path / "a" / "run.mcap").export(folder=tmp_path / "b")
     for path in (tmp_path / "b").iterdir():
