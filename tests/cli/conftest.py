@@ -68,6 +68,7 @@ pace = 1.0
 name = "bot"
 definition = "woodbot"
 driver = "kinematic"
+host = "here"
 """
 KEYS = """\
 time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]

@@ -15,7 +15,7 @@ from tests.commands import Done, Run, Start
 def team(rems: Run, start: Start, folder: Path) -> Iterator[Run]:
     """A laptop of team3 that has joined, beside an open fabric with robot/alice."""
     lab = folder / "lab.toml"
-    lab.write_text(together(LAB).replace('"1 s"', '"60 s"\npace = 1.0'))
+    lab.write_text(together(LAB, "here").replace('"1 s"', '"60 s"\npace = 1.0'))
     with Router() as router:
         done = rems("router", "use", router.endpoint, "--fabric", "team3")
         assert done.stdout.splitlines() == [

@@ -10,7 +10,9 @@ from rems_net import Experiment
 from rems_net.agents.experiment.again.replayed import replayed
 from rems_net.agents.experiment.file import load
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.plan import HERE
 from rems_net.recordings.mcap.reader import McapFile
+from tests.agents.runs import in_one_host
 from tests.cli.recorded import AGENTS, SAME, recorded
 from tests.commands import ROOT, inside
 
@@ -145,7 +147,7 @@ def test_a_replay_on_a_fabric(tmp_path: Path) -> None:
     lab, left_out = replayed(made)
     assert left_out == []
     lab.output("rec", "mcap")
-    lab.run(tmp_path / "b", pace="fast", show=Show())
+    in_one_host(lab, HERE).run(tmp_path / "b", pace="fast", show=Show())
     old = {(n, k): v for n, m in McapFile(made).ticks() for k, v in m.items()}
     new = {(n, k): v for n, m in McapFile(tmp_path / "b/run.mcap").ticks()
            for k, v in m.items()}  # fmt: skip

@@ -77,7 +77,7 @@ def test_what_was_recorded_can_be_played(folder: Path, rems: Run) -> None:
 
 
 def test_pace(folder: Path, rems: Run) -> None:
-    (folder / "lab.toml").write_text(together(LAB))
+    (folder / "lab.toml").write_text(together(LAB, "here"))
     begun = time.monotonic()
     done = rems("run", "lab.toml", "--pace", "2")
     assert done.returncode == 0

@@ -20,22 +20,23 @@ name = "lab"
 dt = "20 ms"
 duration = "120 s"
 pace = 1.0
+record = false
 
 [[robot]]
 name = "sim"
-host = "one"
+host = "here"
 definition = "woodbot"
 driver = "kinematic"
 
 [[robot]]
 name = "driven"
-host = "one"
+host = "here"
 definition = "woodbot"
 driver = "kinematic"
 
 [[robot]]
 name = "target"
-host = "one"
+host = "here"
 definition = "woodbot"
 driver = "kinematic"
 

@@ -28,6 +28,7 @@ name = "there"
 dt = "20 ms"
 duration = "600 s"
 pace = 1.0
+record = false
 
 [[robot]]
 name = "bot"
@@ -38,9 +39,11 @@ driver = "kinematic"
 name = "keys"
 type = "csv"
 options.file = "keys.csv"
+host = "here"
 
 [[robot]]
 name = "led"
+host = "here"
 definition = "woodbot"
 driver = "kinematic"
 command = "input/keys"

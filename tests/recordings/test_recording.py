@@ -217,8 +217,8 @@ SCRIPT = """
 from rems_net import Experiment
 
 lab = Experiment("lab", dt="0.1 s", duration="1 s")
-lab.robot("sim", "woodbot", "kinematic", host="one")
-lab.output("log", "csv", host="one")
+lab.robot("sim", "woodbot", "kinematic", host="here")
+lab.output("log", "csv", host="here")
 result = lab.run()
 print("x ends at", result["sim"]["state/x"][-1])
 """
