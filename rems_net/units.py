@@ -11,6 +11,7 @@ common units, without `min`, which is a function of Python.
 """
 
 import importlib
+import sys
 from typing import Any
 
 from rems_net.errors import UnitError, nearest
@@ -33,13 +34,9 @@ __all__ = [*_QUANTITIES, *_COMMON.split()]
 def __getattr__(name: str) -> Any:
     if name.startswith("_"):
         raise AttributeError(name)
-    if name in _QUANTITIES and name != "percent":
+    if name in _QUANTITIES:
         return getattr(importlib.import_module("rems_net.defdict"), name)
     unyt = importlib.import_module("unyt")
-    if name == "percent":
-        return type(
-            "Percent", (unyt.Unit,), {"__call__": _field, "__doc__": _field.__doc__}
-        )(name)
     found = getattr(unyt, name, None)
     if isinstance(found, unyt.Unit | unyt.unyt_quantity):
         return found
@@ -55,6 +52,68 @@ def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
 
 
-def _field(self: object, *args: Any, **kwargs: Any) -> Any:
-    """Make a field of percent: `percent` is a unit and a quantity."""
-    return importlib.import_module("rems_net.defdict").percent(*args, **kwargs)
+class Percent:
+    """Make a field of percent: `percent` is a unit and a quantity.
+
+    Most scripts only make fields of it, and each process of a run imports its script.
+    So unyt, which takes a second to import, is imported when the unit is needed.
+    """
+
+    #: Units of unyt have this attribute, too.
+    is_Unit = True  # noqa: N815
+    #: numpy leaves `array * percent` to this class.
+    __array_ufunc__ = None
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return importlib.import_module("rems_net.defdict").percent(*args, **kwargs)
+
+    @property
+    def _unit(self) -> Any:
+        return importlib.import_module("unyt").percent
+
+    @property  # type: ignore[misc]
+    def __class__(self) -> Any:
+        """The class of a unit, which unyt looks for; before its import, our own."""
+        return type(self._unit) if "unyt" in sys.modules else Percent
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._unit, name)
+
+    def __add__(self, other: Any) -> Any:
+        return self._unit + other  # unyt refuses it, in its own words
+
+    def __sub__(self, other: Any) -> Any:
+        return self._unit - other
+
+    __radd__, __rsub__ = __add__, __sub__
+
+    def __mul__(self, other: Any) -> Any:
+        return self._unit * other
+
+    def __rmul__(self, other: Any) -> Any:
+        return other * self._unit
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._unit / other
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return other / self._unit
+
+    def __pow__(self, power: Any) -> Any:
+        return self._unit**power
+
+    def __eq__(self, other: object) -> Any:
+        return self._unit == other
+
+    def __hash__(self) -> int:
+        return hash(self._unit)
+
+    def __str__(self) -> str:
+        return str(self._unit)
+
+    __repr__ = __str__
+
+
+percent = Percent()

@@ -1,5 +1,7 @@
 """Names that mean two things: a unit, to calculate with, and what makes a field."""
 
+import operator
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -10,6 +12,7 @@ from rems_net.defdict import Schema, length, percent
 from rems_net.defdict.units.table import TABLE as _TABLE
 from rems_net.errors import SchemaError, UnitError
 from rems_net.units import _QUANTITIES
+from tests.commands import python
 
 unyt = pytest.importorskip("unyt")
 
@@ -78,6 +81,49 @@ def test_units_module_gives_units_of_unyt() -> None:
     assert str((50 * percent).units) == "%"
     with pytest.raises(UnitError, match="unyt knows no unit 'bananas'"):
         from rems_net.units import bananas  # noqa: F401
+
+
+def test_percent_is_as_the_unit_of_unyt() -> None:
+    from rems_net.units import cm, percent
+
+    for make in (
+        lambda unit: 50 * unit,
+        lambda unit: unit * 50,
+        lambda unit: 50 / unit,
+        lambda unit: unit / 50,
+        lambda unit: [1, 2] * unit,
+        lambda unit: np.arange(3) * unit,
+        lambda unit: np.float64(3) / unit,
+        lambda unit: (5 * cm) * unit,
+        lambda unit: cm / unit,
+        lambda unit: unit / cm,
+        lambda unit: unit**2,
+        lambda unit: unit * unit,
+        lambda unit: unyt.unyt_array([3, 4], unit),
+        lambda unit: unyt.unyt_quantity(0.5, "").to(unit),
+    ):
+        ours, theirs = make(percent), make(unyt.percent)
+        assert type(ours) is type(theirs)
+        assert np.all(ours == theirs)
+        assert str(ours) == str(theirs)
+    assert (50 * percent).units == percent == unyt.percent != cm
+    assert isinstance(percent, unyt.Unit)
+    for add in (operator.add, operator.sub):
+        with pytest.raises(unyt.exceptions.InvalidUnitOperation):
+            add(percent, 1)
+    with pytest.raises(SchemaError, match=r"got %\. That is a unit"):
+        Schema("s", {"p": percent})
+
+
+def test_a_field_of_percent_needs_no_unyt(tmp_path: Path) -> None:
+    """Whose import takes a second, in each process of a run."""
+    done = python(
+        tmp_path,
+        "-c",
+        "import sys; from rems_net.units import length, percent; length(); percent(); "
+        "assert 'unyt' not in sys.modules; 50 * percent; assert 'unyt' in sys.modules",
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_all_common_units_at_once() -> None:

@@ -140,9 +140,8 @@ def _from_text(field: Kind, text: str, where: str) -> float | int:
 
 
 def _from_quantity(field: Kind, value: Any, where: str) -> float | int:
-    unyt = sys.modules["unyt"]
-    if isinstance(value, unyt.Unit):
-        value = unyt.unyt_quantity(1.0, value)
+    if hasattr(value, "is_Unit"):
+        value = 1.0 * value
     if value.ndim:
         raise refuse(field, where, value, " It is one value, not several.")
     return _to_unit(field, float(value.value), unit_text(value.units), where, value)

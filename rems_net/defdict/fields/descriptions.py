@@ -68,7 +68,9 @@ def expected(field: Kind) -> str:
 def is_quantity(value: object) -> bool:
     """Return whether the value is a quantity of unyt; does not import unyt."""
     unyt = sys.modules.get("unyt")
-    return unyt is not None and isinstance(value, unyt.unyt_array | unyt.Unit)
+    return hasattr(type(value), "is_Unit") or (
+        unyt is not None and isinstance(value, unyt.unyt_array)
+    )
 
 
 def show(value: object) -> str:
