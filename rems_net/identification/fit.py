@@ -149,21 +149,36 @@ class Problem:
 
     def slopes(self, theta: Floats, scale: Floats) -> tuple[Floats, Floats, Floats]:
         """Return errors (S, R), and slopes by theta and start: (S, R, p), (S, R, m)."""
+        nudged, starts = self.nudges(theta, scale)
+        return self.divided(self._off(nudged, starts), theta, scale)
+
+    def nudges(self, theta: Floats, scale: Floats) -> tuple[Floats, Floats]:
+        """Return what to predict for the slopes: theta (K, p), and starts (m, K, S)."""
         m, p = len(self.starts), len(theta)
         starts = np.repeat(self.starts[:, None], 1 + m + p, axis=1)
         nudged = np.repeat(theta[None], 1 + m + p, axis=0)
-        by = 1e-4 * self._scales
-        nudge = self.predictor.nudge
-        side = np.where(theta + nudge * scale > self.high, -nudge, nudge)
+        side = self._sides(theta, scale)
         for i in range(m):
-            starts[i, 1 + i] += by[i]
+            starts[i, 1 + i] += 1e-4 * self._scales[i]
         for i in range(p):
             nudged[1 + m + i, i] += side[i] * scale[i]
-        rows = self.shape(self._off(nudged, starts))
+        return nudged, starts
+
+    def divided(
+        self, off: Floats, theta: Floats, scale: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return errors and slopes from the errors (m, K, S, L + 1) at the nudges."""
+        m, by, side = len(self.starts), 1e-4 * self._scales, self._sides(theta, scale)
+        rows = self.shape(off)
         r = rows[0]
         of_start = ((rows[1 : 1 + m] - r) / by[:, None, None]).transpose(1, 2, 0)
         of_theta = ((rows[1 + m :] - r) / side[:, None, None]).transpose(1, 2, 0)
         return r, of_theta, of_start
+
+    def _sides(self, theta: Floats, scale: Floats) -> Floats:
+        """Return the nudge of each parameter, away from the end of its range."""
+        nudge = self.predictor.nudge
+        return np.where(theta + nudge * scale > self.high, -nudge, nudge)
 
     def _slopes(self, theta: Floats, scale: Floats) -> tuple[Floats, Floats, Floats]:
         """Return slopes; where the last search has ended, they are known."""

@@ -5,6 +5,7 @@ for many values of these parameters at once.
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -30,50 +31,64 @@ def acting(
         return asked
     names = ("lag", "delay", "dead_band")
     lag, delay, band = (np.atleast_2d(given[f"{group}/{name}"]) for name in names)
-    for path in fields:
-        gain = np.atleast_2d(given[f"{group}/gain/{path}"])
-        if not (lag.any() or delay.any()):
-            asked[path] = shaped(asked[path], band, gain)
-            continue
-        columns = []
-        for drive in drives:
-            time, command = drive.time, drive.command[path]
-            if drive.past is not None:
-                time = np.concatenate([drive.past.time, time])
-                command = np.concatenate([drive.past.command[path], command])
-            means = _means(time, shaped(command[None], band, gain), lag, delay)
-            columns.append(means[:, len(time) - len(drive) :])
-        asked[path] = np.concatenate(columns, axis=1)
-    return asked
+    gains = {path: np.atleast_2d(given[f"{group}/gain/{path}"]) for path in fields}
+    if not (lag.any() or delay.any()):
+        return asked | {p: shaped(asked[p], band, gains[p]) for p in fields}
+    columns: dict[str, list[Floats]] = {path: [] for path in fields}
+    for (rows, times), some in groupby(drives, _times):
+        alike, time = [*some], np.frombuffer(times)  # their motors are one array
+        moved = [
+            shaped(_asked(d, p)[None], band, gains[p]) for p in fields for d in alike
+        ]
+        means = _means(time, np.stack(np.broadcast_arrays(*moved)), lag, delay)
+        means = means[..., len(time) - rows :]
+        for path, each in zip(fields, np.split(means, len(fields)), strict=True):
+            columns[path].extend(each)
+    return asked | {p: np.concatenate(columns[p], axis=1) for p in fields}
+
+
+def _times(drive: Drive) -> tuple[int, bytes]:
+    """Return the number of a drive's rows, and their times, with those of its past."""
+    past = [drive.past.time] if drive.past is not None else []
+    return len(drive), np.concatenate([*past, drive.time]).tobytes()
+
+
+def _asked(drive: Drive, path: str) -> Floats:
+    """Return what one motor was commanded in these rows."""
+    past = [drive.past.command[path]] if drive.past is not None else []
+    return np.concatenate([*past, drive.command[path]])
 
 
 def _means(time: Floats, asked: Floats, lag: Floats, delay: Floats) -> Floats:
-    """Return the mean speed in each row, (K, n); before the first row the motor rests.
+    """Return the mean speed in each row, (M, K, n); before the first row motors rest.
 
-    asked: (K or 1, n), the command that held until each row's time      lag: (K, 1)
+    asked: (M, K or 1, n), the command of each of M motors that held until each row's
+    time      lag, delay: (K or 1, 1)
     """
     step = np.diff(time, prepend=2 * time[0] - time[1])
     ends = np.concatenate([[time[0] - step[0]], time])
     slow = lag > 0
     rest = exp(-step / np.where(slow, lag, 1.0)) * slow  # (K, n)
-    count = max(len(rest), len(asked))
-    speed = np.zeros((count, len(time) + 1))
+    count = max(len(rest), asked.shape[1])
+    speed = np.zeros((len(asked), count, len(time) + 1))
     towards = asked * (1.0 - rest)
     for i in range(len(time)):
-        speed[:, i + 1] = towards[:, i] + speed[:, i] * rest[:, i]
-    _, ways = followed(speed[:, :-1], asked, lag, step)
-    way = np.concatenate([np.zeros((count, 1)), np.cumsum(ways, axis=1)], axis=1)
+        speed[..., i + 1] = towards[..., i] + speed[..., i] * rest[:, i]
+    _, ways = followed(speed[..., :-1], asked, lag, step)
+    way = np.zeros_like(speed)
+    np.cumsum(ways, axis=-1, out=way[..., 1:])
     if delay.any():
         when = ends - delay  # (K, n + 1)
         row = np.clip(np.searchsorted(ends, when) - 1, 0, len(time) - 1)
-        row = np.broadcast_to(row, (max(len(row), count), row.shape[1]))
+        wide = len(asked), max(len(row), count), row.shape[1]
+        rows = np.broadcast_to(row, wide)
 
         def at(values: Floats) -> Floats:
-            wide = np.broadcast_to(values, (len(row), values.shape[1]))
-            return np.take_along_axis(wide, row, axis=1)
+            every = np.broadcast_to(values, (*wide[:2], values.shape[-1]))
+            return np.take_along_axis(every, rows, axis=-1)
 
         after = np.maximum(when - ends[row], 0.0)
         _, more = followed(at(speed), at(asked), lag, after)
         way = at(way) + more
-    means: Floats = np.diff(way, axis=1) / step
+    means: Floats = np.diff(way, axis=-1) / step
     return means

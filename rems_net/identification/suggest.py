@@ -15,7 +15,7 @@ import numpy as np
 from rems_net.identification.drive import Drive, Floats
 from rems_net.identification.fit import ROUGH, SEGMENT, Problem
 from rems_net.identification.intervals import sandwich, student
-from rems_net.identification.prediction import Predictor, cut, whole
+from rems_net.identification.prediction import Predictor, Segments, cut
 
 #: s. Length of a drive, which is driven twice, and of its rows.
 LASTS, ROW = 10.0, 0.1
@@ -23,6 +23,8 @@ LASTS, ROW = 10.0, 0.1
 HOLDS = (0.3, 0.5, 0.8, 1.2)
 #: Number of changes that are tried, and s, of the longest piece that is changed.
 CHANGES, PIECE = 250, 0.8
+#: Number of changes that are predicted together.
+TOGETHER = 8
 #: Shares of full speed that a side gets, in a random order.
 KINDS = {
     "full speed ahead and back": (1.0, -1.0),
@@ -36,6 +38,10 @@ KINDS = {
 WEIGHED = 6
 #: Least part of an error, as a share of the usual one, squared.
 RARE = 1e-4
+
+Commands = Mapping[str, Floats]
+#: fields, rows, and the share that they get
+Change = tuple[Sequence[str], slice, float]
 
 
 @dataclass(frozen=True)
@@ -93,31 +99,42 @@ def suggest(
     known = problem(drives)
     known.believe(error)
     theta = np.array([*values.values()])
-    every = np.ones(len(known.segments))
-    theta = known.solve(theta, known.scales(theta), every, ROUGH)
+    keep = np.ones(len(known.segments))
+    theta = known.solve(theta, known.scales(theta), keep, ROUGH)
     errors = Errors.of(known, theta)
-    now = errors.widths(known, theta)
+    (now,) = errors.widths([known], theta)
     found_values = dict(zip(names, theta.tolist(), strict=True))
 
-    def look(name: str, command: Mapping[str, Floats]) -> Suggestion:
-        drive = _predicted(predictor, command, found_values)
-        one = problem([drive])
-        one.sigma = known.sigma
-        gain = float(np.exp(np.log(now / errors.widths(one, theta)).mean()))
-        return Suggestion(name, drive, gain, _room(drive))
+    def look(names: Sequence[str], commands: Sequence[Commands]) -> list[Suggestion]:
+        drives = _predicted(predictor, commands, found_values)
+        ones = [problem([drive]) for drive in drives]
+        for one in ones:
+            one.sigma = known.sigma
+        widths = errors.widths(ones, theta)
+        gains = [float(np.exp(np.log(now / wide).mean())) for wide in widths]
+        rooms = map(_room, drives)
+        return [*map(Suggestion, names, drives, gains, rooms)]
 
     fields = [*drives[0].command]
-    found = [look(name, command) for name, _, command in candidates(fields)]
+    every = [*candidates(fields)]
+    found = look([name for name, *_ in every], [command for *_, command in every])
     found.sort(key=lambda one: -one.gain)
-    kinds = {name: kind for name, kind, _ in candidates(fields)}
+    kinds = {name: kind for name, kind, _ in every}
     best, random = found[0], np.random.default_rng(len(found))
-    for _ in range(CHANGES):
-        command = _changed(random, best.drive.command, KINDS[kinds[best.name]])
-        other = look(best.name, command)
-        best = max(best, other, key=lambda one: one.gain)
+    shares = KINDS[kinds[best.name]]
+    changes = [_change(random, best.drive.command, shares) for _ in range(CHANGES)]
+    while changes:
+        # The next ones are looked at together, which takes little longer than one. The
+        # first that is better is kept; those after it then change that one.
+        others = [_changed(best.drive.command, one) for one in changes[:TOGETHER]]
+        tried = look([best.name] * len(others), others)
+        better = [i for i, one in enumerate(tried) if one.gain > best.gain]
+        if better:
+            best = tried[better[0]]
+        del changes[: better[0] + 1 if better else TOGETHER]
     rows = {path: values[1:] for path, values in best.drive.command.items()}
     twice = {path: np.r_[0.0, some, some] for path, some in rows.items()}
-    return [look(best.name, twice), *found[1:]]
+    return [*look([best.name], [twice]), *found[1:]]
 
 
 def candidates(
@@ -131,18 +148,24 @@ def candidates(
         yield f"{kind}, each side for about {hold:g} s", kind, command
 
 
-def _changed(
-    random: np.random.Generator, command: Mapping[str, Floats], shares: Sequence[float]
-) -> dict[str, Floats]:
-    """Return commands of which one side, or all, have another share in one piece."""
+def _change(
+    random: np.random.Generator, command: Commands, shares: Sequence[float]
+) -> Change:
+    """Return a change of one side, or of all, to another share in one piece."""
     fields, rows = list(command), len(next(iter(command.values())))
     side = int(random.integers(len(fields) + 1))
     first = int(random.integers(1, rows))
     last = first + int(random.integers(1, round(PIECE / ROW)))
     share = shares[int(random.integers(len(shares)))]
+    return fields[side : side + 1] or fields, slice(first, last), share
+
+
+def _changed(command: Commands, change: Change) -> Commands:
+    """Return commands with this change."""
+    fields, rows, share = change
     found = {path: values.copy() for path, values in command.items()}
-    for path in fields[side : side + 1] or fields:
-        found[path][first:last] = share
+    for path in fields:
+        found[path][rows] = share
     return found
 
 
@@ -158,15 +181,21 @@ def _held(
 
 
 def _predicted(
-    predictor: Predictor, command: Mapping[str, Floats], values: Mapping[str, float]
-) -> Drive:
-    """Return a drive with the state to which its commands lead, from 0."""
-    time = ROW * np.arange(len(next(iter(command.values()))), dtype=np.float64)
+    predictor: Predictor, commands: Sequence[Commands], values: Mapping[str, float]
+) -> list[Drive]:
+    """Return drives with the states to which commands lead, from 0.
+
+    commands: all of one length
+    """
+    time = ROW * np.arange(len(next(iter(commands[0].values()))), dtype=np.float64)
     state = {p: np.zeros(len(time)) for p in predictor.plain.state.schema.paths}
-    drive = Drive("suggested", time, dict(command), state)
-    plan = whole(drive)
-    went = predictor(plan, plan.starts(), values)[:, 0]
-    return replace(drive, state=dict(zip(state, went, strict=True)))
+    drives = [Drive("suggested", time, {**one}, state) for one in commands]
+    plan = cut(drives, time[-1])
+    went = predictor(plan, plan.starts(), values)
+    return [
+        replace(drive, state=dict(zip(state, went[:, i], strict=True)))
+        for i, drive in enumerate(drives)
+    ]
 
 
 def _room(drive: Drive) -> float:
@@ -216,21 +245,30 @@ class Errors:
             sizes = np.maximum(found, floor)
         return cls(sizes[:-1], float(sizes[-1]))
 
-    def widths(self, problem: Problem, theta: Floats) -> Floats:
-        """Return half widths (p,) of the intervals to expect, as shares of scales.
+    def widths(self, problems: Sequence[Problem], theta: Floats) -> list[Floats]:
+        """Return for each problem the half widths (p,) of the intervals to expect.
 
-        They are computed as those of a fit are, from blocks, with these errors.
+        They are shares of scales, computed as those of a fit are, from blocks, with
+        these errors. The problems have equally many segments, of equal lengths.
         """
-        _, of_theta, of_start = problem.slopes(theta, problem.scales(theta))
+        drives = [drive for one in problems for drive in one.segments.drives]
+        segments = cut(drives, SEGMENT)
+        slopes = _slopes(problems, segments, theta)
+        effects = _effects(problems, segments, theta)
+        return [*map(self._widths, slopes, effects)]
+
+    def _widths(self, slopes: tuple[Floats, Floats, Floats], effects: Floats) -> Floats:
+        _, of_theta, of_start = slopes
+        p = of_theta.shape[-1]
         q, _ = np.linalg.qr(of_start)
         free = of_theta - q @ (q.transpose(0, 2, 1) @ of_theta)
         # Beforehand, each parameter is known to about itself.
-        before = np.eye(len(theta))
+        before = np.eye(p)
         inverse = np.linalg.inv(np.einsum("srp,srq->pq", free, free) + before)
         _, freedom = sandwich(free, np.zeros(free.shape[:2]), inverse)
-        pulls = free.reshape(len(free), -1, len(self.read), len(theta))
+        pulls = free.reshape(len(free), -1, len(self.read), p)
         read = np.einsum("slfp,slfq,f->pq", pulls, pulls, self.read)
-        slips = free.transpose(0, 2, 1) @ _effects(problem, theta)
+        slips = free.transpose(0, 2, 1) @ effects
         spread = before + read + self.slip * np.einsum("spk,sqk->pq", slips, slips)
         points = np.array([student(one) for one in freedom])
         found: Floats = points * np.sqrt(np.diag(inverse @ spread @ inverse))
@@ -243,14 +281,38 @@ def _parts(problem: Problem, theta: Floats) -> list[Floats]:
     one = np.eye(len(problem.sigma))
     rows = weight[:, :, None] * one[:, None, None]  # (m, S, L + 1, m)
     read = [row.reshape(len(weight), -1)[:, :, None] for row in rows]
-    slips = _effects(problem, theta)
+    (slips,) = _effects([problem], problem.segments, theta)
     whole = np.eye(slips.shape[1])
     return [*(whole * row for row in read), slips @ slips.transpose(0, 2, 1)]
 
 
-def _effects(problem: Problem, theta: Floats) -> Floats:
+def _slopes(
+    problems: Sequence[Problem], segments: Segments, theta: Floats
+) -> list[tuple[Floats, Floats, Floats]]:
+    """Return the slopes of problems, whose segments are predicted together."""
+    scales = [one.scales(theta) for one in problems]
+    asked = [
+        one.nudges(theta, scale) for one, scale in zip(problems, scales, strict=True)
+    ]
+    starts = np.concatenate([each for _, each in asked], axis=2)
+    values = dict(zip(problems[0].names, asked[0][0].T, strict=True))
+    found = problems[0].predictor.many(segments, starts, values)
+    parts = np.split(found, len(problems), axis=2)
+    return [
+        one.divided(part - one.read[:, None], theta, scale)
+        for one, part, scale in zip(problems, parts, scales, strict=True)
+    ]
+
+
+def _effects(
+    problems: Sequence[Problem], segments: Segments, theta: Floats
+) -> list[Floats]:
     """Return the effects (S, R, K) of a slip of 1 of each command in each row."""
-    values = dict(zip(problem.names, theta.tolist(), strict=True))
-    found = problem.predictor.shaken(problem.segments, problem.starts, values)
-    effects: Floats = problem.shape(found).transpose(1, 2, 0)
-    return effects
+    values = dict(zip(problems[0].names, theta.tolist(), strict=True))
+    starts = np.concatenate([one.starts for one in problems], axis=1)
+    found = problems[0].predictor.shaken(segments, starts, values)
+    parts = np.split(found, len(problems), axis=2)
+    return [
+        one.shape(part).transpose(1, 2, 0)
+        for one, part in zip(problems, parts, strict=True)
+    ]
