@@ -113,11 +113,12 @@ def test_only_a_camera_can_be_a_webcam() -> None:
         lab.check()
 
 
-def board(view: View) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    """A chessboard of 7 by 5 inner corners, 30 mm each, on the floor, as it is seen."""
-    rows, columns = np.mgrid[:480, :640]
-    pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
-    met = view.meet(view.straightened(pixels), 0.0)
+def board(view: View, rays: Any) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """A chessboard of 7 by 5 inner corners, 30 mm each, on the floor, as it is seen.
+
+    rays: all pixels, straightened
+    """
+    met = view.meet(rays, 0.0)
     assert met is not None
     cell = np.floor(met / 0.03).astype(int) + np.array([4, 3])
     inside = ((cell >= 0) & (cell < (8, 6))).all(axis=1)
@@ -129,11 +130,14 @@ def test_a_lens_comes_from_pictures_of_a_board(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lens = Lens(640, 480, 560.0, 565.0, 325.0, 236.0, (-0.2, 0.05, 0.0, 0.0, 0.0))
+    rows, columns = np.mgrid[:480, :640]
+    pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
+    rays = View.at(lens, np.zeros(3), np.eye(3)).straightened(pixels)  # for any pose
     pictures: list[Any] = []
     for heading, pitch in [(0, -90), (30, -60), (120, -60), (210, -55), (300, -65)] * 2:
         turn = turn_of(*np.radians([heading, pitch, 5 * len(pictures)]))
         eye = np.array([0.01, -0.01, 0.0]) - 0.45 * turn[:, 0]
-        pictures.append(board(View.at(lens, eye, turn)))
+        pictures.append(board(View.at(lens, eye, turn), rays))
     found, left = lens_of_board(pictures, 7, 5)
     assert left < 0.5
     assert (found.fx, found.fy) == pytest.approx((lens.fx, lens.fy), rel=0.01)
