@@ -127,19 +127,21 @@ def test_script(copy: Path, tmp_path: Path, path: Path) -> None:
     """From whatever folder, where it should end; in many processes the same bytes.
 
     Those of its first second; tests/engine/test_law.py compares all, and takes longer.
-    A run that only trains something has one process both times, with pinned numerics.
+    A run that only trains something has one process both times. Numerics are pinned.
+    `rems run` would draw a picture, too: tests/cli/test_script.py types it, and others.
     """
     text = path.read_text(encoding="utf-8")
     needs(*drivers_of(text))
     begun = re.sub(r'duration="[\d.]+ s"', 'duration="1 s"', text)
     begun = begun.replace("lab.run().folder", "lab.run(direct=True).folder")
     assert begun != text
-    one, many = tmp_path / "a", tmp_path / "b"
-    for here in (one, many):
-        here.mkdir()
-    ended(rems(one, "run", "--direct", str(copy / path.name)))
-    (copy / path.name).write_text(begun, encoding="utf-8")
-    ended(python(many, str(copy / path.name), **environment({})))
+    for name, script in (
+        ("a", text.replace(".run()", ".run(direct=True)")),
+        ("b", begun),
+    ):
+        (tmp_path / name).mkdir()
+        (copy / path.name).write_text(script, encoding="utf-8")
+        ended(python(tmp_path / name, str(copy / path.name), **environment({})))
     made = sorted((tmp_path / "a" / "runs").glob("*/*.csv"))
     assert bool(made) == ('"csv")' in text)
     for one in made:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.experiment.file import load as experiment
 from rems_net.agents.host.outlet import CROWD
 from rems_net.errors import FabricError
 from rems_net.router.gate import access
@@ -243,8 +244,7 @@ def test_a_crowd_comes_in_one_message_to_a_user(
     assert [key.partition("/")[2] for key in seen] == 5 * [
         f"robot/@step/{port}" for port in ("command", "state", "sensors")
     ]
-    words = "run", "lab.toml", "--out", "direct", "--direct"
-    assert inside(*words, folder=tmp_path).returncode == 0
+    experiment(tmp_path / "lab.toml").run(tmp_path / "direct", direct=True)
     files = [tmp_path / out / "run.mcap" for out in ("with", "direct")]
     assert files[0].read_bytes() == files[1].read_bytes()
 
