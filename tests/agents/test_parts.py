@@ -225,6 +225,14 @@ def test_a_package_that_cannot_be_read(install: Install) -> None:
     assert sentence.startswith(f"a package in {site} cannot be read: UnicodeDecode")
 
 
+def test_the_command_of_rems_net_is_no_part(install: Install) -> None:
+    """So an installation without packages of others is not searched in full."""
+    site = install("rems-net", "[console_scripts]\nrems = rems_net.cli:main\n", {})
+    assert not parts._may_bring(str(site))
+    install("lag-lab", "[rems_net.drivers]\nlag = plug_lag:Lagging\n", {})
+    assert parts._may_bring(str(site))
+
+
 def test_a_package_without_a_name(install: Install) -> None:
     site = install("bad", "[rems_net.drivers]\nfast = plug_fast:Fast\n", {})
     (site / "bad-1.0.dist-info" / "METADATA").unlink()
