@@ -13,6 +13,7 @@ from copy import copy
 from dataclasses import replace
 from functools import partial
 from queue import Empty, SimpleQueue
+from threading import Thread, current_thread
 from typing import TYPE_CHECKING, Any, Self
 
 import zenoh
@@ -49,6 +50,32 @@ _ORIGINS = {
     "own": zenoh.Locality.SESSION_LOCAL,
     "others": zenoh.Locality.REMOTE,
 }
+
+
+def _by_no_daemon(declare: Callable[[], Any]) -> Any:
+    """Return `declare()`, called by a thread that is no daemon.
+
+    For an indirect callback Zenoh starts a thread, which is a daemon if a daemon starts
+    it. Python does not wait for daemons: if this one woke up while Python ends, it
+    would abort the program.
+    """
+    if not current_thread().daemon:
+        return declare()
+    came: list[Any] = []
+
+    def call() -> None:
+        try:
+            came.append(declare())
+        except zenoh.ZError as error:
+            came.append(error)
+
+    thread = Thread(target=call, daemon=False)
+    thread.start()
+    thread.join()
+    if isinstance(came[0], zenoh.ZError):
+        raise came[0]
+    return came[0]
+
 
 #: s. Time to join a distant router over a network that may lose messages.
 LONG = 10.0
@@ -251,7 +278,8 @@ class Session:
 
         take = zenoh.handlers.Callback(call, indirect=True)
         declare, from_ = self._open.declare_subscriber, _ORIGINS[origin]
-        return Watch(declare(key, take, allowed_origin=from_), self._keep)
+        declared = _by_no_daemon(partial(declare, key, take, allowed_origin=from_))
+        return Watch(declared, self._keep)
 
     def answer(self, key: str, mailbox: Mailbox, topic: str = "") -> Watch:
         """File every question for `key` in `mailbox`, as a `Question` on `topic`."""
@@ -281,7 +309,8 @@ class Session:
                 function(question)
 
         take = zenoh.handlers.Callback(reply, indirect=apart)
-        return Watch(self._open.declare_queryable(key, take), self._keep)
+        declare = partial(self._open.declare_queryable, key, take)
+        return Watch(_by_no_daemon(declare) if apart else declare(), self._keep)
 
     def asking(
         self,

@@ -65,16 +65,20 @@ def test_it_starts_no_process_and_is_on_the_fabric(tmp_path: Path) -> None:
             seen.append(robot.state["x"])
             seen.append([one.stands for one in fabric.stop()])
             fabric.release()
+            seen.append([one for one in threading.enumerate() if "pyo3" in one.name])
             fabric.clock("end")
 
     made = Experiment("alone", dt="20 ms", duration=1000.0, pace=1.0, record=False)
     made.robot("sim", "woodbot", "kinematic", host=HERE)
     told = Told(look)
     made.run(tmp_path, show=told)
-    host, x, stands = seen
+    host, x, stands, zenohs = seen
     assert host.endswith(f":{os.getpid()}")
     assert x == pytest.approx(0.5, abs=0.05)
     assert stands == [True]
+    # Python waits for their end: a daemon among them aborted one program in ten.
+    assert zenohs
+    assert not any(thread.daemon for thread in zenohs)
 
 
 class Boo(Input):
