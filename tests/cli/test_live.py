@@ -14,7 +14,7 @@ from tests.cli.conftest import LAB, place, starting, together
 from tests.commands import Run, Start
 
 #: a minute of one robot that drives straight ahead
-LONG = together(LAB).replace('"1 s"', '"60 s"\npace = 1.0')
+LONG = together(LAB, "here").replace('"1 s"', '"60 s"\npace = 1.0')
 AHEAD = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n60,0.5,0.5\n"
 
 

@@ -19,11 +19,11 @@ from tests.dashboard.browser import Browser, Chromium, page_at
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("page", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
-lab.input("wave", "parts.py:Wave", host="rest")
+lab.input("wave", "parts.py:Wave", host="here")
 lab.robot("euler", "parts.py:Cart", "parts.py:Euler", command="input/wave",
-    host="rest")
-lab.robot("bot", "woodbot", "kinematic", host="rest")
-lab.output("log", "parts.py:Log", host="rest")
+    host="here")
+lab.robot("bot", "woodbot", "kinematic", host="here")
+lab.output("log", "parts.py:Log", host="here")
 lab.run("out")
 """
 ROBOT = "rems.store.ports.get('robot/euler/state')"

@@ -15,10 +15,10 @@ GAIN = "input/swing.gain"
 SCRIPT = f"""
 from rems_net import Experiment
 lab = Experiment("settings", dt=0.02, duration="600 s", pace=1)
-lab.input("swing", "{TUNED}/tuned.py:Swing", host="rest")
+lab.input("swing", "{TUNED}/tuned.py:Swing", host="here")
 lab.robot("cart", "{TUNED}/tuned.py:Cart", "kinematic", command="input/swing",
-    host="rest")
-lab.robot("bot", "woodbot", "kinematic", host="rest")
+    host="here")
+lab.robot("bot", "woodbot", "kinematic", host="here")
 lab.run("out")
 """
 

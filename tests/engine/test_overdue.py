@@ -39,9 +39,9 @@ class Hand(Input):
         return {"v": self.v}
 """
 LAB = """
-lab = Experiment("lab", dt=0.1, duration=1)
+lab = Experiment("lab", dt=0.1, duration=1, record=False)
 lab.input("hand", Hand, every=3)
-lab.robot("dot", Dot, "kinematic", command="input/hand")
+lab.robot("dot", Dot, "kinematic", command="input/hand", host="here")
 lab.run()
 """
 
