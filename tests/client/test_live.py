@@ -233,9 +233,9 @@ def test_an_experiment_joins_the_router_it_is_told(
         session.watch("rems/robot/cart/state", box)
         monkeypatch.setenv("REMS_ROUTER", session.link.endpoint)
         lab = Experiment("told", dt=0.1, duration=1, folder=PARTS)
-        lab.input("wave", "parts.py:Wave", host="here")
+        lab.input("wave", "parts.py:Wave", host="a")
         cart = ("parts.py:Cart", "parts.py:Euler")
-        lab.robot("cart", *cart, command="input/wave", host="here")
+        lab.robot("cart", *cart, command="input/wave", host="a")
         assert lab.run(tmp_path).ticks == 10
         ticks = [
             m.stamp()[0]
