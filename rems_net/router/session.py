@@ -52,6 +52,12 @@ _ORIGINS = {
 }
 
 
+#: s. Time to join a distant router over a network that may lose messages.
+LONG = 10.0
+#: s. After a refusal, an answer that comes within this time still counts.
+DOUBT = 0.25
+
+
 def _by_no_daemon(declare: Callable[[], Any]) -> Any:
     """Return `declare()`, called by a thread that is no daemon.
 
@@ -75,12 +81,6 @@ def _by_no_daemon(declare: Callable[[], Any]) -> Any:
     if isinstance(came[0], zenoh.ZError):
         raise came[0]
     return came[0]
-
-
-#: s. Time to join a distant router over a network that may lose messages.
-LONG = 10.0
-#: s. After a refusal, an answer that comes within this time still counts.
-DOUBT = 0.25
 
 
 class Session:
