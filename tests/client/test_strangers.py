@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,17 +11,23 @@ from typing import TypeVar
 
 import pytest
 
-from rems_net import Experiment
-from rems_net.agents.protocol.plan import HERE
 from rems_net.client import Fabric
 from rems_net.errors import AgentError, FabricError
 from rems_net.events import listening
-from tests.agents.runs import PARTS, Told, calm, until
+from tests.agents.runs import PARTS, calm, until
 from tests.client.programs import programs
 from tests.client.test_fabric import try_join
 
-#: each robot, and its host
-NAMES = {"free": "process", "other": HERE, "third": HERE}
+SCRIPT = f"""
+from rems_net import Experiment
+lab = Experiment("live", dt=0.02, duration="600 s", pace=1, folder={str(PARTS)!r})
+lab.record = False
+lab.robot("free", "parts.py:Cart", "parts.py:Gripping")
+lab.robot("other", "parts.py:Cart", "parts.py:Gripping")
+lab.robot("third", "parts.py:Cart", "parts.py:Gripping", host="other")
+lab.run("out")
+"""
+NAMES = ("free", "other", "third")
 #: seconds an answer may take, whoever else is asked
 SOON = 1.0
 
@@ -28,7 +36,7 @@ T = TypeVar("T")
 
 
 class Lab:
-    """A fabric of two hosts, seen from outside."""
+    """A fabric in a process of its own, seen from here."""
 
     def __init__(self, fabric: Fabric, told: list[str]):
         self.fabric, self.told = fabric, told
@@ -43,20 +51,22 @@ class Lab:
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:
-    made = Experiment("live", dt=0.02, duration="600 s", pace=1, folder=PARTS)
-    made.record = False
-    for name, host in NAMES.items():
-        made.robot(name, "parts.py:Cart", "parts.py:Gripping", host=host)
-    thread = threading.Thread(target=lambda: made.run(tmp_path, show=Told()))
-    thread.start()
+    script = tmp_path / "live.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, str(script)], cwd=tmp_path, stderr=subprocess.DEVNULL
+    )
     told: list[str] = []
-    with until(try_join) as fabric:
-        with listening(lambda event: told.append(event.text)):
+
+    try:
+        fabric: Fabric = until(try_join)
+        with fabric, listening(lambda event: told.append(event.text)):
             until(lambda: len(fabric.get("robot/*/state")) == 3)
             told.clear()
             yield Lab(fabric, told)
-        fabric.clock("end")
-    thread.join()
+    finally:
+        process.kill()
+        process.communicate()
 
 
 @pytest.fixture
