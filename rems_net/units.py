@@ -110,6 +110,9 @@ class Percent:
     def __hash__(self) -> int:
         return hash(self._unit)
 
+    def __reduce__(self) -> str:
+        return "percent"  # pickled and copied by its name in this module
+
     def __str__(self) -> str:
         return str(self._unit)
 

@@ -110,7 +110,7 @@ def digest(folder: Path) -> str:
 
 
 def in_one_host(made: Experiment, host: str = "all") -> Experiment:
-    """The same, with one host for all of its agents: a process, or HERE none."""
+    """Return the same with one host for all agents: a process, or HERE for none."""
     for plan in made.plans.values():
         plan.host = host
     return made

@@ -1,6 +1,8 @@
 """Names that mean two things: a unit, to calculate with, and what makes a field."""
 
+import copy
 import operator
+import pickle
 from pathlib import Path
 from typing import Any, cast
 
@@ -108,6 +110,7 @@ def test_percent_is_as_the_unit_of_unyt() -> None:
         assert str(ours) == str(theirs)
     assert (50 * percent).units == percent == unyt.percent != cm
     assert isinstance(percent, unyt.Unit)
+    assert pickle.loads(pickle.dumps(percent)) is copy.deepcopy(percent) is percent
     for add in (operator.add, operator.sub):
         with pytest.raises(unyt.exceptions.InvalidUnitOperation):
             add(percent, 1)
@@ -116,7 +119,7 @@ def test_percent_is_as_the_unit_of_unyt() -> None:
 
 
 def test_a_field_of_percent_needs_no_unyt(tmp_path: Path) -> None:
-    """Whose import takes a second, in each process of a run."""
+    """The import of unyt takes a second, in each process of a run."""
     done = python(
         tmp_path,
         "-c",

@@ -16,7 +16,7 @@ from rems_net.scenes.ghost import Ghost
 
 #: a ray: its start and its direction (3,), in the world's frame
 Line: TypeAlias = tuple[Array, Array]
-#: the number of the body that sends a ray, and which the ray ignores; line and reach, m
+#: a ray to measure: the number of its body, which it ignores; its line; its reach, m
 Aim: TypeAlias = tuple[int, Line, float]
 #: picture of a camera: (height, width, 3), red, green and blue
 Picture = NDArray[np.uint8]
@@ -73,17 +73,17 @@ class Engine(Protocol):
     def poses(self) -> tuple[Array, Array]:
         """Return positions (n, 3) and rotations (n, 3, 3), body to world, of bodies.
 
-        They are the same arrays at each call, brought up to date by it.
+        Each call returns the same arrays, with the present values.
         """
 
     def spins(self) -> Array:
         """Return angular velocities (n, 3) of bodies, rad/s, in their own frames.
 
-        It is the same array at each call, as with `poses`, which is called before.
+        Each call returns the same array, with the present values. Call `poses` first.
         """
 
     def aim(self, rays: Sequence[Aim]) -> None:
-        """Take these rays as those of `rays`; their lines change in place."""
+        """Set the rays that `rays` measures. The arrays of their lines may change."""
 
     def rays(self) -> list[float]:
         """Return each ray's distance to the nearest thing, m, at most its reach."""

@@ -110,9 +110,11 @@ class _Engine:
         self._free = np.flatnonzero([one.free for one in self.instances])
         first = [self.instances[n].dofs.start for n in self._free]
         self._turning = _places([dof + axis for dof in first for axis in (3, 4, 5)])
+        #: whether there is one body, which is not bolted down
+        self._alone = len(self._free) == len(self.instances) == 1
         self._spins = np.zeros((len(self.instances), 3))
-        if len(self._free) == 1 == len(self.instances):
-            self._spins = self._qvel[self._turning].reshape(1, 3)
+        if self._alone:
+            self._spins = self._qvel[self._turning].reshape(1, 3)  # a view
         self._hit = np.zeros(1, np.int32)
         #: arguments of `mj_ray`, reach, body and geoms of the body, for each ray
         self._rays: list[tuple[tuple[Any, ...], float, int, range]] = []
@@ -152,7 +154,7 @@ class _Engine:
 
     def spins(self) -> Array:
         # MuJoCo has a free joint's angular velocity in the body's own frame.
-        if self._spins.base is None:  # some are bolted down, or there are several
+        if not self._alone:
             self._spins[self._free] = self._qvel[self._turning].reshape(-1, 3)
         return self._spins
 

@@ -54,7 +54,7 @@ def lab(ticks: int = 60) -> Experiment:
 
 @pytest.fixture(scope="module")
 def ours(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What every run must have written: robot/plain is of our own class here."""
+    """Return the digest that every run must have; in this one robot/plain is ours."""
     out = tmp_path_factory.mktemp("ours")
     made = lab()
     made.plans["robot/plain"].host = HERE
