@@ -51,11 +51,8 @@ class Direct:
             engine.open()
         if not (verbs and self._opened):
             self._ins = [engine.inlet(key) for key in self.act]
-            self._ports = []
-            for key in self.observe:
-                agent, _, port = key.rpartition("/")
-                own = engine[agent].__dict__
-                self._ports.append((own, port, own[port].schema.around))
+            ports = [key.rpartition("/") for key in self.observe]
+            self._ports = [(engine[key].__dict__, port) for key, _, port in ports]
         self._opened = True
         for key, initial in beginnings(self.lab, starts) if verbs else ():
             engine[key].reset(seed=seed, initial=initial)
@@ -83,9 +80,9 @@ class Direct:
             yield partial(blamed, due)
         solo.n = tick.n
 
-    def values(self) -> list[DefDict]:
-        """Return the values of the observed ports: copies, in their order."""
-        return [made(own[port].leaves()) for own, port, made in self._ports]
+    def leaves(self) -> list[list[Any]]:
+        """Return the leaves of each observed port, in schema order."""
+        return [own[port].leaves() for own, port in self._ports]
 
     def close(self) -> None:
         """Close the engine."""

@@ -121,9 +121,10 @@ class RobotEnv(Env[Any, Any]):
         self._stage: Stage | None = None
         self._special = self._over = False
         self._steps = -1
-        self._acts, self._keys = [*given.act.schemas], [*given.observe.schemas]
+        self._acts, self._ports = [*given.act.schemas], [*given.observe.schemas.items()]
         self._acted: list[DefDict] = []
-        self._seen: list[DefDict] = []
+        #: the leaves of each observed port
+        self._seen: list[list[Any]] = []
         self._now: Moment | None = None
         self._task = given.task if judges(given.task) else None
 
@@ -200,9 +201,10 @@ class RobotEnv(Env[Any, Any]):
         """The moment of the newest observation."""
         if self._now is None:
             ports: dict[str, Any] = dict(zip(self._acts, self._acted, strict=True))
-            ports.update(zip(self._keys, self._seen, strict=True))
+            for (key, schema), leaves in zip(self._ports, self._seen, strict=True):
+                ports[key] = schema.around(leaves)
             self._now = Moment(self.given.names, ports)
         return self._now
 
     def _look(self, stage: Stage, actions: list[DefDict]) -> None:
-        self._acted, self._seen, self._now = actions, stage.values(), None
+        self._acted, self._seen, self._now = actions, stage.leaves(), None

@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
@@ -69,9 +70,9 @@ class OnFabric:
         clock.run(self.ticks)
         self._values = [self._newest(key) for key in self.ports.observe]
 
-    def values(self) -> list[DefDict]:
-        """Return the values of the observed ports, in their order."""
-        return self._values
+    def leaves(self) -> list[list[Any]]:
+        """Return the leaves of each observed port, in schema order."""
+        return [value.leaves() for value in self._values]
 
     def close(self) -> None:
         """End the run."""

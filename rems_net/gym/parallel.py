@@ -83,7 +83,7 @@ class ParallelRobots:
         port = self._env.now.port
         return {
             agent: self._each[agent].observe.read(
-                [port(key) for key in self._each[agent].observe.schemas]
+                [port(key).leaves() for key in self._each[agent].observe.schemas]
             )
             for agent in self.agents
         }

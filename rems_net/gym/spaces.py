@@ -5,7 +5,7 @@ fields' own units. Other ports have a Dict with a space for each field.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import accumulate, pairwise
+from itertools import accumulate, chain, pairwise
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
@@ -61,6 +61,7 @@ class Layout:
         counts = [len(schema.fields) for schema in schemas.values()]
         ends = [0, *accumulate(counts)]
         self.parts = [slice(a, b) for a, b in pairwise(ends)]
+        self._around = [schema.around for schema in schemas.values()]
         self.plain = self.flat and not any(one.field.shape for one in self.columns)
         low, high = self._bounds()
         self._low, self._high = low.tolist(), high.tolist()
@@ -68,7 +69,7 @@ class Layout:
         #: value = middle + half * what the space has
         least, most = np.where(ranged, low, -1.0), np.where(ranged, high, 1.0)
         self.middle, self.half = least / 2 + most / 2, most / 2 - least / 2
-        self.ends = low, high
+        self.ends, self._shape = (low, high), low.shape
         #: numbers of the default values, if all are numbers
         rest = [one.field.default for one in self.columns if self.flat]
         self.rest = np.hstack([np.zeros(0), *rest])
@@ -111,11 +112,9 @@ class Layout:
 
     # -- from ports to the space ---------------------------------------------------
 
-    def read(self, values: Sequence[DefDict]) -> Any:
-        """Return what the space has of the ports' values."""
-        leaves: list[Any] = []
-        for value in values:
-            leaves += value.leaves()
+    def read(self, values: Sequence[list[Any]]) -> Any:
+        """Return what the space has of the leaves of each port."""
+        leaves = values[0] if len(values) == 1 else [*chain.from_iterable(values)]
         if self.plain:
             return self.scaled(np.array(leaves))
         if self.flat:
@@ -146,16 +145,20 @@ class Layout:
 
     def take(self, action: Any, *, clip: bool = False) -> list[DefDict]:
         """Return a value of each port. Raises FieldValueError for what does not fit."""
-        if self.flat:
-            return self.grouped(self._numbers(action, clip))
-        return self._parted(self._taken(action, clip))
+        if not self.flat:
+            return self._parted(self._taken(action, clip))
+        numbers: list[float] = self._array(action, self._shape, clip).tolist()
+        for number, low, high in zip(numbers, self._low, self._high, strict=True):
+            if not low <= number <= high:
+                raise self._outside(numbers)
+        return self.grouped(numbers)
 
     def many(self, actions: Any, count: int, *, clip: bool = False) -> Floats:
         """Return the numbers of many actions: (count, numbers), in the fields' units.
 
         Raises FieldValueError for one that does not fit.
         """
-        array = self._array(actions, (count, *self.middle.shape), clip)
+        array = self._array(actions, (count, *self._shape), clip)
         low, high = self.ends
         fits = (array >= low) & (array <= high)
         if not fits.all():
@@ -167,8 +170,10 @@ class Layout:
         return self._parted(numbers if self.plain else self._shaped(numbers))
 
     def _parted(self, leaves: list[Any]) -> list[DefDict]:
-        made = zip(self.schemas.values(), self.parts, strict=True)
-        return [schema.around(leaves[part]) for schema, part in made]
+        if len(self.parts) == 1:
+            return [self._around[0](leaves)]
+        made = zip(self._around, self.parts, strict=True)
+        return [around(leaves[part]) for around, part in made]
 
     def _array(self, action: Any, shape: tuple[int, ...], clip: bool) -> Floats:
         """Return numbers in the fields' units. Raises FieldValueError for a shape."""
@@ -185,13 +190,6 @@ class Layout:
         if self.normalise:
             array = self.middle + self.half * array
         return array.clip(*self.ends) if clip else array
-
-    def _numbers(self, action: Any, clip: bool) -> list[Any]:
-        numbers: list[float] = self._array(action, self.middle.shape, clip).tolist()
-        for number, low, high in zip(numbers, self._low, self._high, strict=True):
-            if not low <= number <= high:
-                raise self._outside(numbers)
-        return numbers
 
     def _shaped(self, numbers: list[float]) -> list[Any]:
         leaves, place = list[Any](), 0

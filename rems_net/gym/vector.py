@@ -242,10 +242,10 @@ class AsStages:
 
     def tables(self) -> dict[str, Floats]:
         """Return the values of each observed port."""
-        rows: list[Any] = [stage.values() for stage in self._stages]
+        rows = [stage.leaves() for stage in self._stages]
         flat: Any = list if self._given.observe.plain else np.hstack
         return {
-            key: np.array([flat(row[n].leaves()) for row in rows], float)
+            key: np.array([flat(row[n]) for row in rows], float)
             for n, key in enumerate(self._given.observe.schemas)
         }
 
