@@ -6,6 +6,7 @@ Its sources, data files and versions, without anything that depends on this mach
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -65,8 +66,15 @@ def files(values: Iterable[str], folder: Path) -> dict[str, str]:
 def _sources(plan: Plan) -> Iterator[Path]:
     """Yield the user's files in which the classes of an agent are, with their bases."""
     for base in (base for cls in plan.classes for base in cls.__mro__):
-        if (file := file_of(base.__module__)) and is_users(str(file.resolve())):
-            yield file.resolve()
+        if (file := file_of(base.__module__)) and (own := _users_own(file)):
+            yield own
+
+
+@lru_cache(maxsize=1024)  # a sweep asks for every class at every run
+def _users_own(file: Path) -> Path | None:
+    """Return a user's file, resolved; None for one of a library."""
+    path = file.resolve()
+    return path if is_users(str(path)) else None
 
 
 def shown_class(where: str, folder: Path) -> str:
