@@ -54,9 +54,17 @@ class Store:
         make_folder(self.path)
         if before != what:
             self._put(file, what.encode(), "the description of the sweep")
-        for left in self.path.glob(f"{PART}*"):  # of a sweep that was killed
-            shutil.rmtree(left) if left.is_dir() else left.unlink()
+        self.tidy()
         return [*self._rows()]
+
+    def tidy(self) -> None:
+        """Remove the parts of runs that were not made to their end."""
+        for left in self.path.glob(f"{PART}*"):
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
+
+    def part(self, number: int) -> Path:
+        """Return the folder of a run that is not over."""
+        return self.path.resolve() / f"{PART}{number}"
 
     def folder(self, number: int) -> Path:
         """Return the folder of a run."""
@@ -65,7 +73,7 @@ class Store:
     def add(self, made: Made) -> None:
         """Write a run. Raises ExperimentError, and leaves no part of it."""
         number = made.row.number
-        part = self.path / f"{PART}{number}"
+        part = self.part(number)
         try:
             part.mkdir(exist_ok=True)
             for name, data in made.files.items():

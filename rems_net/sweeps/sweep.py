@@ -102,8 +102,9 @@ def sweep(
         progress.failed = sum(row.status == FAILED for row in rows.values())
         with _noted(progress), _writing(store, result, rows):
             if left:
-                with _executor(executor, workers, len(left)) as pool:
-                    for made in _made(pool, spec, left, progress):
+                with _executor(executor, workers, len(left), store) as pool:
+                    own = store if executor is None else None
+                    for made in _made(pool, spec, left, progress, own):
                         with without_ctrl_c():  # a run that is there is counted
                             store.add(made)
                             rows[made.row.number] = made.row
@@ -222,7 +223,7 @@ def _check(lab: Experiment, runs: Sequence[Run], some: Sequence[str]) -> list[st
 
 @contextmanager
 def _executor(
-    given: Executor | None, workers: int | None, runs: int
+    given: Executor | None, workers: int | None, runs: int, store: Store
 ) -> Iterator[Executor]:
     """Yield the executor; one of our own is shut down at the end of the block."""
     if given is not None:
@@ -233,6 +234,7 @@ def _executor(
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+        store.tidy()
 
 
 @contextmanager
@@ -263,9 +265,16 @@ def _noted(progress: Progress) -> Iterator[None]:
 
 
 def _made(
-    pool: Executor, spec: str, runs: Sequence[Run], progress: Progress
+    pool: Executor,
+    spec: str,
+    runs: Sequence[Run],
+    progress: Progress,
+    store: Store | None,
 ) -> Iterator[Made]:
-    """Yield each run as it is over. Raises ExperimentError of a worker."""
+    """Yield each run as it is over. Raises ExperimentError of a worker.
+
+    store: of the files of workers that are on this machine and end with the sweep.
+    """
     waiting, tries = [*reversed(runs)], Counter[int]()
     most = EACH * pool.count if isinstance(pool, Pool) else AHEAD
     busy: dict[Future[Made], Run] = {}
@@ -274,7 +283,8 @@ def _made(
         while waiting or busy:
             while waiting and len(busy) < most:
                 run = waiting.pop()
-                busy[pool.submit(work, spec, run)] = run
+                place = [f"{store.part(run.number)}"] if store else []
+                busy[pool.submit(work, spec, run, *place)] = run
             over, _ = wait(busy, LOOK, FIRST_COMPLETED)
             progress.look()
             for future in over:

@@ -1,13 +1,16 @@
 """Work: one run of a sweep, in any process: a worker's, or one of another machine.
 
-A run comes as plain data, and its files and its row go back as plain data: so a worker
-needs no disk in common with the sweep, and only the sweep writes into its folder.
+A run comes as plain data, and its row goes back as plain data. Its files do, too, from
+another machine, which needs no disk in common with the sweep. A worker on this machine
+writes them where they stay: a second copy would cost a twentieth of a short run.
 """
 
 import hashlib
 import json
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -82,15 +85,15 @@ def described(lab: Experiment, spec: Manifest, texts: Sequence[str]) -> str:
     return json.dumps(made, sort_keys=True, default=bytes.hex)
 
 
-def work(text: str, run: Run) -> Made:
+def work(text: str, run: Run, place: str = "") -> Made:
     """Make one run. A run that fails has a row with the reason.
 
+    place: the folder in which its files stay; without it, they are in the result.
     Raises ExperimentError if this worker cannot make it as the others do.
     """
-    spec = _spec(text)
+    spec, news = _spec(text), dict[str, None]()
     _check_version(spec)
-    with tempfile.TemporaryDirectory(prefix="rems-") as name:
-        folder, news = Path(name).resolve(), dict[str, None]()
+    with _folder(place) as folder:
 
         def note(event: Event) -> None:
             if event.level == "warning":
@@ -99,7 +102,7 @@ def work(text: str, run: Run) -> Made:
         with listening(note):
             row = _row(spec, run, folder)
         row = row._replace(error=row.error.replace(f"{folder}", "its folder"))
-        return Made(row, dict(_files(folder)), [*news])
+        return Made(row, {} if place else dict(_files(folder)), [*news])
 
 
 def _row(spec: Mapping[str, Any], run: Run, folder: Path) -> Row:
@@ -239,6 +242,18 @@ def _unlike(spec: Mapping[str, Any], why: str) -> ExperimentError:
         f"sweep: {why}. Install and copy the same there, and type the same command "
         "again. (R1024)"
     )
+
+
+@contextmanager
+def _folder(place: str) -> Iterator[Path]:
+    """Make an empty folder: this one, or one that is gone at the end of the block."""
+    if not place:
+        with tempfile.TemporaryDirectory(prefix="rems-") as name:
+            yield Path(name).resolve()
+        return
+    shutil.rmtree(place, ignore_errors=True)  # of a worker that died
+    Path(place).mkdir()
+    yield Path(place)
 
 
 def _files(folder: Path) -> Iterator[tuple[str, bytes]]:

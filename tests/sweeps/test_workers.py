@@ -63,7 +63,7 @@ def test_a_worker_without_the_driver(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no limit on a file's size")
-@pytest.mark.parametrize("where", ["worker", "sweep"])
+@pytest.mark.parametrize("where", ["own", "worker", "sweep"])
 def test_a_full_disk(tmp_path: Path, where: str) -> None:
     """A limit on the size of files is the disk; a long input makes a large file."""
     path = written(tmp_path / "lab")
@@ -112,7 +112,8 @@ if __name__ == "__main__":
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(most), hard))
         values = {"input/weave.file": ["a.csv", "a.csv", "b.csv", "a.csv"]}
         try:
-            sweep(path, values, out="s", executor=pool)
+            given = {"workers": 1} if where == "own" else {"executor": pool}
+            sweep(path, values, out="s", **given)
         except ExperimentError as error:
             print(error, *getattr(error, "__notes__", ()), sep="\\n")
 """
