@@ -169,7 +169,10 @@ class Engine:
     def step(self, tick: Tick, after: After | None = None) -> None:
         """Do one tick. after: called with each phase's kind when it is done."""
         n, given = tick.n, self.given
-        self.visits.begin(n)
+        visits = self.visits
+        if visits.repeats:
+            visits.repeat(n)
+        visits.n, visits.busy = n, True
         for phase in self._phases:
             for inlet in phase.inlets:
                 if not n % inlet.every:
@@ -182,7 +185,7 @@ class Engine:
                 step(tick)
             if after is not None and phase.last:
                 after(phase.kind, tick)
-        self.visits.end()
+        visits.busy = False
 
     def _step(
         self, acting: str, agent: Agent, runs: list[Runtime], step: Step, tick: Tick

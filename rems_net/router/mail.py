@@ -190,11 +190,14 @@ class Mailbox:
 
     def letters(self, most: int) -> Iterator[Letter]:
         """Yield the letters that are here, oldest first, at most so many."""
-        for _ in range(most):
-            letter = None if self.empty() else self.get(0)
-            if letter is None:
-                return
-            yield letter
+        if self._held is not None:
+            held, self._held = self._held, None
+            yield held
+        get, sample = self._queue.get_nowait, zenoh.Sample
+        with suppress(Empty):
+            for _ in range(most):
+                letter = get()
+                yield Mail(letter) if type(letter) is sample else letter
 
     def run_of(self, keys: Container[str]) -> Iterator[Mail]:
         """Yield the letters that are mail with these keys, up to the first other."""

@@ -74,7 +74,10 @@ class Admissions:
 
     def awaited(self) -> bool:
         """Return whether a member for which the others wait has crashed."""
-        return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
+        doubtful = self._doubtful  # nearly always empty
+        return bool(doubtful) and any(
+            m.awaited and m.state is State.CRASHED for m in doubtful
+        )
 
     def _look_after(self, now: float) -> None:
         """Give up members that are unseen for too long; start crashed ones again."""

@@ -153,7 +153,8 @@ class Clock:
             if pacing.factor:  # tick n - 1 is done meanwhile: one wait, not two
                 self._await_turn()
             self._await_done(n - (1 if careful else pacing.ahead()))
-            self._await_turn()
+            if pacing.factor or pacing.paused:
+                self._await_turn()
             while self._admissions.awaited() and not pacing.ended:
                 self._read()
             if pacing.ended:

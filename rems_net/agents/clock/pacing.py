@@ -75,10 +75,18 @@ class Pacing:
 
     def make(self, epoch: int) -> Tick:
         """Make the next tick, at which the roster `epoch` holds."""
-        n = self.n + 1
+        n = self.tick.n + 1
+        if self.factor and not self._catch_up:
+            self._stay_real()
+        self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
+        if self._steps:
+            self._steps -= 1
+        return self.tick
+
+    def _stay_real(self) -> None:
+        """If the next tick is late, let real time go on from it."""
         late = -self.left()
-        hurried = self._catch_up or not self.factor
-        if not hurried and late > max(2 * self.dt / self.factor, LATE):
+        if late > max(2 * self.dt / self.factor, LATE):
             # A robot must not run through the time of a hold in fast forward.
             self._anchor += late
             self._lost += late
@@ -91,9 +99,6 @@ class Pacing:
                 info("late", text)
                 self._lost, self._told = 0.0, now
                 self._waited.clear()
-        self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
-        self._steps = max(0, self._steps - 1)
-        return self.tick
 
     def blame(self, hosts: frozenset[str], seconds: float) -> None:
         """Note for how long a tick was waited for, and for which hosts."""

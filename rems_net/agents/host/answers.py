@@ -293,7 +293,7 @@ def _setting(name: str, field: Field, found: dict[str, Any]) -> dict[str, Any]:
 
 def tell_where(inbox: Inbox, question: Question) -> None:
     """Answer with the line of code at which this host is."""
-    inbox.settle()  # the clock names the tick that does not end, and none before
+    inbox.done.settle()  # the clock names the tick that does not end, and none before
     question.answer(question.key, where(inbox.thread).encode())
 
 

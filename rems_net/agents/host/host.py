@@ -84,6 +84,7 @@ class Host:
         self._answers = Answers(self.engine, session.key, self.leases)
         self._complaints = Complaints()
         self.guard = Guard(session)
+        self._done = Done(session)
         self.inbox = Inbox(
             session,
             name,
@@ -91,6 +92,7 @@ class Host:
             self._answers.answer,
             self._complaints,
             self.leases,
+            self._done,
         )
         self.inbox.distant = not ticket
         self._stops = 0
@@ -198,8 +200,7 @@ class Host:
         failed: tuple[str, str] | None = None
         alone = False
         try:
-            self._done = Done(self.session)
-            self.inbox.settle = self._done.settle
+            self._done.open()
             self.build(words)
             self.declare()
             for agent in self.agents.values():
@@ -223,7 +224,7 @@ class Host:
                 failed = self.name, f"{uncoded(gone)} (R0522)"
                 warn("failed", f"{uncoded(gone)}: this host ends")
         except (Exception, SystemExit) as error:
-            self.inbox.settle()
+            self._done.settle()
             n = self.n if self.engine.acting else 0
             failed = failure(self.acting, error, n, self.agents)
         made, trouble = self.engine.close()
@@ -269,7 +270,8 @@ class Host:
         inbox, self.n = self.inbox, 0
         while True:
             beat = inbox.next_beat()
-            self._serve_calls()
+            if inbox.calls:
+                self._serve_calls()
             if beat is not None:
                 if inbox.membership.lateness:
                     warn("missed", f"{self.name} {inbox.membership.lateness}")
@@ -286,14 +288,16 @@ class Host:
         self.n = tick.n
         if tick.epoch != self._epoch:
             self._connect(tick.epoch)
-        self.guard.take(beat.stops)
+        if beat.stops != self._stops or self.guard.stopped:
+            self.guard.take(beat.stops)
         # by the tick's number: at the same tick in all hosts
         if beat.stops != self._stops:
             self._stops = beat.stops
             self.engine.hold(bool(beat.stops % 2))
             if beat.stops % 2 and self.inbox.distant:
                 ask_who_stopped(self.session, self.inbox.box.put)
-        self.leases.look()
+        if self.leases.current:
+            self.leases.look()
         self.engine.step(tick, self._outlets.publish)
 
     def _connect(self, epoch: int) -> None:

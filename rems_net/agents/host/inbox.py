@@ -9,7 +9,7 @@ from rems_net.agents.about.wiring import Entry
 from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.membership import Membership, Orphaned, Value
-from rems_net.agents.host.outlet import CROWD, glob
+from rems_net.agents.host.outlet import CROWD, Done, glob
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
@@ -37,7 +37,8 @@ class Inbox:
     """A host's mail, sorted.
 
     answer: called with a Question about values, at once.  leases: the programs that may
-    command the robots here.
+    command the robots here.  done: told before this host waits, so that the clock knows
+    all that is done.
     """
 
     def __init__(
@@ -48,8 +49,9 @@ class Inbox:
         answer: Callable[[Question], None],
         complaints: Complaints,
         leases: Leases,
+        done: Done,
     ):
-        self.session, self.name, self.guard = session, name, guard
+        self.session, self.name, self.guard, self.done = session, name, guard, done
         self.box = Mailbox()
         #: the thread in which the host steps its agents
         self.thread = main_thread()
@@ -67,8 +69,6 @@ class Inbox:
         self._answer, self._complaints = answer, complaints
         #: called with a message on a call from outside, if an output here records it
         self.hear_call: Callable[[Mail], None] = lambda mail: None
-        #: called before this host waits, so that the clock knows all that is done
-        self.settle: Callable[[], None] = lambda: None
         #: whether another program than the run has started this host. If so, it warns
         #: when the clock is out of sight, and leaves for the clock of another run
         self.distant = False
@@ -170,7 +170,7 @@ class Inbox:
         if key == self._step_tick_key or key == self._tick_key:
             beat = read_beat(mail.payload)
             membership.hear_beat(beat)
-            if beat.run == membership.run:
+            if beat.run == membership.run and self.guard.lost_since is not None:
                 self.guard.see(True)
         elif key in (self._step_roster_key, self._roster_key):
             membership.hear_roster(Roster.from_wire(mail.payload))
@@ -268,8 +268,12 @@ class Inbox:
 
     def _wait(self, timeout: float | None) -> bool:
         """Sort one letter, and check on the clock while it is out of sight."""
-        if self.box.empty():
-            self.settle()
+        if self.done.owed and self.box.empty():
+            self.done.settle()
+        if self._sighted and self.guard.lost_since is None and not self._missed:
+            letter = self.box.get(timeout)  # the usual way: this is done at each tick
+            self.take(letter)
+            return letter is not None
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK

@@ -33,27 +33,32 @@ class Done:
     """Publisher of `done`, for several ticks at once if more of them wait here."""
 
     def __init__(self, session: Session):
-        self._put = session.publisher(session.key("clock", STEP, "done")).put
+        self._session = session
         #: badge of this host, once the clock has admitted it
         self.badge = 0
         #: the newest tick that is done if the clock does not know it; else 0
-        self._owed = 0
+        self.owed = 0
         self._said, self._at = 0, 0.0
+
+    def open(self) -> None:
+        """Declare the publisher."""
+        key = self._session.key("clock", STEP, "done")
+        self._put = self._session.putting(key)
 
     def note(self, n: int) -> None:
         """Note that tick `n` is done; `settle` before this host waits."""
-        self._owed = n
+        self.owed = n
         if n - self._said >= TOGETHER or wall() - self._at > SOON:
             self.say(n)
 
     def settle(self) -> None:
         """Send what the clock does not know yet."""
-        if self._owed:
-            self.say(self._owed)
+        if self.owed:
+            self.say(self.owed)
 
     def say(self, n: int) -> None:
         """Send that tick `n` is done, and so all before."""
-        self._said, self._at, self._owed = n, wall(), 0
+        self._said, self._at, self.owed = n, wall(), 0
         self._put(pack_done(self.badge, n))
 
 

@@ -22,6 +22,7 @@ def test_one_done_is_for_several_ticks() -> None:
         box, said = Mailbox(), list[tuple[int, int]]()
         session.watch(session.key("clock", "@step", "done"), box)
         done = Done(session)
+        done.open()
         done.badge = 7
         for n in range(1, 403):
             done.note(n)

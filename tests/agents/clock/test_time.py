@@ -18,6 +18,7 @@ from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.membership import Orphaned
+from rems_net.agents.host.outlet import Done
 from rems_net.agents.protocol.badge import badge_of
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.limits import AHEAD
@@ -196,7 +197,9 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
 def test_ticks_are_done_one_by_one_whatever_was_lost() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
         guard = Guard(session)
-        inbox = Inbox(session, "h", guard, print, Complaints(print), Leases())
+        inbox = Inbox(
+            session, "h", guard, print, Complaints(print), Leases(), Done(session)
+        )
         inbox.watch()
         run = 5
         inbox.begin(Admission(badge_of(run, 1), 3, 0.1, 0, 30.0))
@@ -222,7 +225,8 @@ def test_a_clock_that_dies_as_it_lets_a_host_in_is_missed() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
         age = session.key("clock", "@age")
         session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
-        inbox = Inbox(session, "h", Guard(session), print, Complaints(print), Leases())
+        guard, done = Guard(session), Done(session)
+        inbox = Inbox(session, "h", guard, print, Complaints(print), Leases(), done)
         inbox.distant = True
         inbox.watch()
         assert inbox.idle == float("inf")  # who asks may come first
@@ -236,7 +240,8 @@ def test_a_host_of_the_run_itself_obeys_no_other_clock() -> None:
     with Session(Link(f"tcp/127.0.0.1:{free_port()}", serve=True)) as session:
         age = session.key("clock", "@age")
         session.answer_at_once(age, lambda q: q.answer(age, pack_age(6, 0.1, 0)))
-        inbox = Inbox(session, "h", Guard(session), print, Complaints(print), Leases())
+        guard, done = Guard(session), Done(session)
+        inbox = Inbox(session, "h", guard, print, Complaints(print), Leases(), done)
         inbox.watch()
         inbox.begin(Admission(badge_of(5, 1), 1, 0.1, 0, 1.2))
         with pytest.raises(Orphaned, match="the clock is out of sight for"):
