@@ -16,6 +16,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.protocol.plan import HERE
 from rems_net.client import Fabric
 from rems_net.errors import AgentError, ExperimentError, uncoded
+from rems_net.events import warn
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, digest, until
@@ -116,8 +117,23 @@ def test_the_run_goes_on_without_it_if_that_is_asked_for(tmp_path: Path) -> None
     assert any("RuntimeError: host here" in line for line in told.said), told.said
 
 
+class Doubtful(Input):
+    command = Out(Woodbot.command)
+
+    def step(self, tick: Tick) -> None:
+        self.command = {"wheel/left": 1.0}
+        if tick.n == 3:
+            warn("odd", "three is odd")
+
+
+def test_a_warning_begins_with_its_agent(tmp_path: Path) -> None:
+    told = Told()
+    lab(Doubtful).run(tmp_path, show=told)
+    assert told.said == ["[input/keys] warning: three is odd"]
+
+
 LOOP = """
-import os, signal, threading
+import os, signal, threading, time
 from rems_net import Experiment, Input, Out, Woodbot
 
 class Loop(Input):
@@ -125,6 +141,9 @@ class Loop(Input):
 
     def step(self, tick):
         if tick.n == 5:
+            heard = time.monotonic() + 0.2  # the clock has heard of tick 1 then
+            while time.monotonic() < heard:
+                pass
             print("in it", flush=True)
             while True:
                 pass

@@ -215,6 +215,8 @@ class Hosts:
                 if event.text == self._stop:
                     return
                 self._stop = event.text
-            self.show.say(source, event)
+            # People look for an agent; `here` is no place that they could look at.
+            here = source == HERE and event.agent
+            self.show.say(event.agent if here else source, event)
             if self.reports is not None:
                 self.reports.put(replace(event, agent=event.agent or source))
