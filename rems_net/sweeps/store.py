@@ -1,4 +1,4 @@
-"""Store: the folder of a sweep, into which only the sweep itself writes.
+"""Store: the folder of a sweep, into which only it and its own workers write.
 
 A run appears in it as a whole, by the new name of its folder. So a sweep that was
 killed at any moment goes on with the runs that are not there.
@@ -60,7 +60,10 @@ class Store:
     def tidy(self) -> None:
         """Remove the parts of runs that were not made to their end."""
         for left in self.path.glob(f"{PART}*"):
-            shutil.rmtree(left) if left.is_dir() else left.unlink()
+            if left.is_dir():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink(missing_ok=True)
 
     def part(self, number: int) -> Path:
         """Return the folder of a run that is not over."""

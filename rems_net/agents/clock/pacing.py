@@ -84,7 +84,7 @@ class Pacing:
         return self.tick
 
     def _stay_real(self) -> None:
-        """If the next tick is late, let real time go on from it."""
+        """Let real time go on from the next tick, if that is late."""
         late = -self.left()
         if late > max(2 * self.dt / self.factor, LATE):
             # A robot must not run through the time of a hold in fast forward.

@@ -37,8 +37,8 @@ class Inbox:
     """A host's mail, sorted.
 
     answer: called with a Question about values, at once.  leases: the programs that may
-    command the robots here.  done: told before this host waits, so that the clock knows
-    all that is done.
+    command the robots here.  done: settled before this host waits, so that the clock
+    knows all ticks that are done.
     """
 
     def __init__(
