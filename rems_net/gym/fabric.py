@@ -43,7 +43,6 @@ class OnFabric:
         self, lab: Experiment, ports: Ports, ticks: int, out: Path | str | None = None
     ):
         self.lab, self.ports, self.ticks, self.out = lab, ports, ticks, out
-        self._seed = lab.seed
         self._stack: ExitStack | None = None
 
     def begin(self, seed: int, starts: Starts) -> None:
