@@ -7,13 +7,14 @@ from benchmarks.report import Section, Target, table
 
 TITLE = "Many runs"
 ENGINE, SWEEP = "one engine after another", "a sweep"
-TEXT = """A kinematic Woodbot drives 1000 ticks, 480 times, with a recording of each
-run: in one process, and by [a sweep](../sweeps.md) with a process for each core. The
-time of a sweep has the start of its processes, its checks and its table in it."""
+RUNS, TICKS = 480, 1000
+TEXT = f"""A kinematic Woodbot drives {TICKS} ticks, {RUNS} times, with a recording of
+each run: in one process, and by [a sweep](../sweeps.md) with a process for each core.
+The time of a sweep has the start of its processes, its checks and its table in it."""
 
 
 def measure(repeats: int, quick: bool, tell: Tell) -> Section:
-    size = (4, 20) if quick else (480, 1000)
+    size = (4, 20) if quick else (RUNS, TICKS)
     names = {ENGINE: "engine", SWEEP: "sweep"}
     contenders = [Contender(n, "sweeping", (w, *size)) for n, w in names.items()]
     found = interleave(contenders, repeats, tell)

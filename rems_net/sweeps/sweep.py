@@ -273,7 +273,7 @@ def _made(
 ) -> Iterator[Made]:
     """Yield each run as it is over. Raises ExperimentError of a worker.
 
-    store: of the files of workers that are on this machine and end with the sweep.
+    store: where the sweep's own workers write; None for those of another executor.
     """
     waiting, tries = [*reversed(runs)], Counter[int]()
     most = EACH * pool.count if isinstance(pool, Pool) else AHEAD

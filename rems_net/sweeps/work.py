@@ -1,8 +1,8 @@
 """Work: one run of a sweep, in any process: a worker's, or one of another machine.
 
-A run comes as plain data, and its row goes back as plain data. Its files do, too, from
-another machine, which needs no disk in common with the sweep. A worker on this machine
-writes them where they stay: a second copy would cost 3 % of a run of 50 ms.
+A run comes as plain data, and its row goes back as plain data. A worker of a cluster
+returns its files in the same way, so it needs no disk in common with the sweep. The
+sweep's own workers write them where they stay: a copy would cost 3 % of a run of 50 ms.
 """
 
 import hashlib

@@ -74,10 +74,7 @@ class Admissions:
 
     def awaited(self) -> bool:
         """Return whether a member for which the others wait has crashed."""
-        doubtful = self._doubtful  # nearly always empty
-        return bool(doubtful) and any(
-            m.awaited and m.state is State.CRASHED for m in doubtful
-        )
+        return any(m.awaited and m.state is State.CRASHED for m in self._doubtful)
 
     def _look_after(self, now: float) -> None:
         """Give up members that are unseen for too long; start crashed ones again."""

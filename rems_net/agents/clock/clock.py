@@ -153,8 +153,7 @@ class Clock:
             if pacing.factor:  # tick n - 1 is done meanwhile: one wait, not two
                 self._await_turn()
             self._await_done(n - (1 if careful else pacing.ahead()))
-            if pacing.factor or pacing.paused:
-                self._await_turn()
+            self._await_turn()
             while self._admissions.awaited() and not pacing.ended:
                 self._read()
             if pacing.ended:

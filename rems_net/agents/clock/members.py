@@ -106,11 +106,7 @@ class Member:
 
     def owes(self, n: int) -> bool:
         """Return whether it has yet to do tick n, or one before."""
-        if self.n < n:  # a loop, as this is asked for every host at every tick
-            for entry in self.entries:
-                if entry.lockstep and entry.since <= n:
-                    return True
-        return False
+        return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
 
 
 class Members:

@@ -38,8 +38,7 @@ class Guard:
         self._stop_key = session.key("stop")
         self._holds_key = session.key("stop", "@holds")
         self._lock = threading.Lock()
-        #: whether STOP holds
-        self.stopped = False
+        self._stopped = False
         #: the clock's newest number, and the even number that releases
         self._stops, self._release = 0, 0
         self._said_again = 0.0
@@ -48,8 +47,13 @@ class Guard:
         #: (tick, its age [s] at the answer, time of the question), in order of arrival
         self._answers: deque[tuple[int, float, float]] = deque(maxlen=ANSWERS)
         #: time since which the clock is out of sight
-        self.lost_since: float | None = None
+        self._lost: float | None = None
         self._ended = threading.Event()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether STOP holds."""
+        return self._stopped
 
     def watch(self) -> None:
         """Receive STOP at any time, also during a step, and keep it."""
@@ -57,7 +61,7 @@ class Guard:
         self._session.answer_at_once(self._holds_key, self._tell)
 
     def _tell(self, question: Question) -> None:
-        question.answer(self._holds_key, pack(self.stopped))
+        question.answer(self._holds_key, pack(self._stopped))
 
     def _hear(self, mail: Mail) -> None:
         # Not `read_stop`, which also reads the sentence that the clock publishes once:
@@ -65,22 +69,22 @@ class Guard:
         if mail.size != len(STOP) or mail.payload != STOP:
             return
         with self._lock:
-            if not self.stopped:
+            if not self._stopped:
                 self._release = self._stops + 2
-            self.stopped = True
+            self._stopped = True
 
     def take(self, stops: int) -> None:
         """Take in the clock's number; odd means stopped."""
-        if stops == self._stops and not self.stopped:
+        if stops == self._stops and not self._stopped:
             return
         with self._lock:
             if stops % 2:
-                self.stopped = True
+                self._stopped = True
                 self._release = max(self._release, stops + 1)
-            elif not self.stopped:
+            elif not self._stopped:
                 pass
             elif stops >= self._release:
-                self.stopped = False
+                self._stopped = False
             elif wall() - self._said_again > AGAIN:
                 # The clock has not received the STOP that came here.
                 self._said_again = wall()
@@ -93,7 +97,7 @@ class Guard:
         newest: the newest tick received.
         """
         self._run, self._newest = run_of(badge), newest
-        self.lost_since = None  # the clock has just answered
+        self._lost = None  # the clock has just answered
         self._answers.clear()
         with self._lock:  # another clock counts from its own beginning
             self._stops, self._release = stops, stops + 2 - stops % 2
@@ -136,9 +140,9 @@ class Guard:
 
     def see(self, alive: bool) -> None:
         """Note that the clock came into sight, or went out of it."""
-        self.lost_since = None if alive else (self.lost_since or wall())
+        self._lost = None if alive else (self._lost or wall())
 
     @property
     def lost(self) -> float:
         """Seconds for which the clock has been out of sight; 0 while it is here."""
-        return 0.0 if self.lost_since is None else wall() - self.lost_since
+        return 0.0 if self._lost is None else wall() - self._lost

@@ -270,8 +270,7 @@ class Host:
         inbox, self.n = self.inbox, 0
         while True:
             beat = inbox.next_beat()
-            if inbox.calls:
-                self._serve_calls()
+            self._serve_calls()
             if beat is not None:
                 if inbox.membership.lateness:
                     warn("missed", f"{self.name} {inbox.membership.lateness}")
@@ -288,16 +287,14 @@ class Host:
         self.n = tick.n
         if tick.epoch != self._epoch:
             self._connect(tick.epoch)
-        if beat.stops != self._stops or self.guard.stopped:
-            self.guard.take(beat.stops)
+        self.guard.take(beat.stops)
         # by the tick's number: at the same tick in all hosts
         if beat.stops != self._stops:
             self._stops = beat.stops
             self.engine.hold(bool(beat.stops % 2))
             if beat.stops % 2 and self.inbox.distant:
                 ask_who_stopped(self.session, self.inbox.box.put)
-        if self.leases.current:
-            self.leases.look()
+        self.leases.look()
         self.engine.step(tick, self._outlets.publish)
 
     def _connect(self, epoch: int) -> None:

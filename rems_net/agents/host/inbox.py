@@ -170,7 +170,7 @@ class Inbox:
         if key == self._step_tick_key or key == self._tick_key:
             beat = read_beat(mail.payload)
             membership.hear_beat(beat)
-            if beat.run == membership.run and self.guard.lost_since is not None:
+            if beat.run == membership.run:
                 self.guard.see(True)
         elif key in (self._step_roster_key, self._roster_key):
             membership.hear_roster(Roster.from_wire(mail.payload))
@@ -270,10 +270,6 @@ class Inbox:
         """Sort one letter, and check on the clock while it is out of sight."""
         if self.done.owed and self.box.empty():
             self.done.settle()
-        if self._sighted and self.guard.lost_since is None and not self._missed:
-            letter = self.box.get(timeout)  # the usual way: this is done at each tick
-            self.take(letter)
-            return letter is not None
         lost = self.guard.lost
         if timeout is None and (lost or not self._sighted):
             timeout = LOOK

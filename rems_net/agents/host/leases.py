@@ -56,8 +56,7 @@ class Leases:
         self.given: dict[str, tuple[Mail, Stamp]] = {}
         #: robots and inputs here that take commands, by key, each with its source
         self._robots: dict[str, tuple[Agent, str | None]] = {}
-        #: by robot
-        self.current: dict[str, Lease] = {}
+        self._leases: dict[str, Lease] = {}
         #: by robot, the newest request
         self._requests: dict[str, Request] = {}
         #: robot, badge of the run that has lost it, and the name of the taker
@@ -75,7 +74,7 @@ class Leases:
         run: of which the robot is a member. A badge of no run and no lease is that of a
         lease that has ended.
         """
-        lease = self.current.get(robot)
+        lease = self._leases.get(robot)
         if lease is not None:
             if badge != lease.badge:
                 raise WireError(
@@ -89,16 +88,16 @@ class Leases:
 
     def holder(self, robot: str) -> str:
         """Return the holder of the robot's lease; "" if there is none."""
-        lease = self.current.get(robot)
+        lease = self._leases.get(robot)
         return "" if lease is None else lease.holder
 
     def holders(self) -> dict[str, str]:
         """Return the holder of each lease, by robot. For any thread."""
-        return {robot: lease.holder for robot, lease in [*self.current.items()]}
+        return {robot: lease.holder for robot, lease in [*self._leases.items()]}
 
     def look(self) -> None:
         """End the leases that were not renewed."""
-        for robot, lease in [*self.current.items()]:
+        for robot, lease in [*self._leases.items()]:
             if lease.until < wall():
                 self._end(robot, "it was not asked for again in time")
 
@@ -125,7 +124,7 @@ class Leases:
         if not by:
             raise WireError("nobody takes it; expected [1, the taker's name]. (R0621)")
         if holder:
-            self._taken.append((robot, self.current[robot].badge, by))
+            self._taken.append((robot, self._leases[robot].badge, by))
             self._end(robot, f"it was taken back by {by}")
         return holder
 
@@ -137,7 +136,7 @@ class Leases:
         """
         claim, now = read_claim(payload), wall()
         self.look()
-        lease, request = self.current.get(robot), self._requests.get(robot)
+        lease, request = self._leases.get(robot), self._requests.get(robot)
         if request is not None and request.until < now:
             request = self._requests.pop(robot) and None
         if claim.holder and lease and lease.person and lease.badge != claim.badge:
@@ -165,7 +164,7 @@ class Leases:
         agent, source = self._robots[robot]
         tick = agent.tick
         self.look()
-        lease = self.current.get(robot)
+        lease = self._leases.get(robot)
         if source is not None:
             raise WireError(
                 f"{source} commands {robot} there; no other program can. (R0619)"
@@ -193,11 +192,11 @@ class Leases:
                 warn("lease", f"{robot} is leased to {claim.holder}", robot)
             self._stand(robot)
         until = wall() + LENGTH
-        self.current[robot] = Lease(claim.badge, claim.holder, until, person)
+        self._leases[robot] = Lease(claim.badge, claim.holder, until, person)
         return LENGTH
 
     def _end(self, robot: str, why: str) -> None:
-        lease = self.current.pop(robot)
+        lease = self._leases.pop(robot)
         self._stand(robot)
         if lease.person:
             info("lease", f"{lease.holder} drives it no more: {why}", robot)

@@ -141,8 +141,8 @@ class Loop(Input):
 
     def step(self, tick):
         if tick.n == 5:
-            heard = time.monotonic() + 0.2  # the clock has heard of tick 1 then
-            while time.monotonic() < heard:
+            later = time.monotonic() + 0.2  # tick 1 has reached the clock by then
+            while time.monotonic() < later:
                 pass
             print("in it", flush=True)
             while True:

@@ -215,7 +215,7 @@ class Hosts:
                 if event.text == self._stop:
                     return
                 self._stop = event.text
-            # People look for an agent; `here` is no place that they could look at.
+            # An agent `here` has no process of its own: people look for its key.
             here = source == HERE and event.agent
             self.show.say(event.agent if here else source, event)
             if self.reports is not None:
