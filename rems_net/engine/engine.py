@@ -169,10 +169,7 @@ class Engine:
     def step(self, tick: Tick, after: After | None = None) -> None:
         """Do one tick. after: called with each phase's kind when it is done."""
         n, given = tick.n, self.given
-        visits = self.visits
-        if visits.repeats:
-            visits.repeat(n)
-        visits.n, visits.busy = n, True
+        self.visits.begin(n)
         for phase in self._phases:
             for inlet in phase.inlets:
                 if not n % inlet.every:
@@ -185,7 +182,7 @@ class Engine:
                 step(tick)
             if after is not None and phase.last:
                 after(phase.kind, tick)
-        visits.busy = False
+        self.visits.end()
 
     def _step(
         self, acting: str, agent: Agent, runs: list[Runtime], step: Step, tick: Tick

@@ -40,8 +40,7 @@ class Visits:
         self.read: Set[str] = frozenset()
         #: the Ins that record
         self.recorders: list[MessageInlet] = []
-        #: calls that are still to be repeated, in their order
-        self.repeats: list[tuple[Agent, Outside]] = []
+        self._repeats: list[tuple[Agent, Outside]] = []
 
     def verbs(self, agent: Agent) -> dict[str, Callable[..., Any]]:
         """Return the verbs of an agent, by name, for a caller outside."""
@@ -98,13 +97,13 @@ class Visits:
 
     def plan(self, agent: Agent, rows: Iterable[Sequence[Any]]) -> None:
         """Repeat these calls of a recording: rows of `Outside`, in their order."""
-        self.repeats += [(agent, Outside(*row)) for row in rows]
-        self.repeats.sort(key=lambda pair: pair[1].n)
+        self._repeats += [(agent, Outside(*row)) for row in rows]
+        self._repeats.sort(key=lambda pair: pair[1].n)
 
-    def repeat(self, n: int) -> None:
-        """Repeat the calls that were done before tick n."""
-        while self.repeats and self.repeats[0][1].n < n:
-            agent, one = self.repeats.pop(0)
+    def begin(self, n: int) -> None:
+        """Begin tick n: repeat the calls that were done before it."""
+        while self._repeats and self._repeats[0][1].n < n:
+            agent, one = self._repeats.pop(0)
             if one.verb == HOLD:
                 runtime(agent).stopped = bool(one.args[0])
             elif one.verb == PUT:
@@ -115,3 +114,8 @@ class Visits:
                         inlet.put(values, source_tick)
             else:  # an error went to its caller then
                 perform(self.verbs(agent), one.verb, request((*one.args,), one.kwargs))
+        self.n, self.busy = n, True
+
+    def end(self) -> None:
+        """End a tick."""
+        self.busy = False
