@@ -17,6 +17,7 @@ import zenoh
 from rems_net.errors import ExperimentError
 from rems_net.router.gate.shapes import RULE, fault
 from rems_net.router.mail import MAX_PAYLOAD, Mail
+from rems_net.router.publisher import direct
 
 #: count, bytes. Answers to one question that are kept: a swarm has this many fields.
 MOST, MOST_BYTES = 200_000, 8 * MAX_PAYLOAD
@@ -60,7 +61,7 @@ class Asking:
         key, _, parameters = selector.partition("?")
         session.get(
             zenoh.Selector(glob(key), parameters),
-            zenoh.handlers.Callback(self._file, drop=self._end, indirect=False),
+            direct(self._file, drop=self._end),
             payload=payload,
             timeout=timeout,
             # Without ALL, Zenoh asks only one queryable that declares itself

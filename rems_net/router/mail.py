@@ -153,7 +153,7 @@ class Mailbox:
         self._queue: SimpleQueue[Any] = SimpleQueue()
         #: File anything for the owner's thread, also to wake it up. This is the queue's
         #: own C method: a Python method would hold the GIL in Zenoh's thread for
-        #: longer, which costs a third of all ticks. So `bound` drops excess letters
+        #: longer, which costs up to 8 % of all ticks. So `bound` drops excess letters
         #: later.
         self.put: Callable[[Any], None] = self._queue.put
         #: a letter that was read, and is still to come

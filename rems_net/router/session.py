@@ -23,7 +23,7 @@ from rems_net.interrupts import Again
 from rems_net.router.asking import Asking, glob, shaped
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
-from rems_net.router.publisher import Publisher, Watch
+from rems_net.router.publisher import Publisher, Watch, direct
 from rems_net.router.settings import Link
 
 if TYPE_CHECKING:
@@ -287,8 +287,7 @@ class Session:
         def file(query: zenoh.Query) -> None:
             mailbox.put(Question(query, topic))
 
-        take = zenoh.handlers.Callback(file, indirect=False)
-        return Watch(self._open.declare_queryable(key, take), self._keep)
+        return Watch(self._open.declare_queryable(key, direct(file)), self._keep)
 
     def answer_at_once(
         self,
@@ -308,9 +307,11 @@ class Session:
             with Question(query, topic) as question:
                 function(question)
 
-        take = zenoh.handlers.Callback(reply, indirect=apart)
+        if not apart:
+            return Watch(self._open.declare_queryable(key, direct(reply)), self._keep)
+        take = zenoh.handlers.Callback(reply, indirect=True)
         declare = partial(self._open.declare_queryable, key, take)
-        return Watch(_by_no_daemon(declare) if apart else declare(), self._keep)
+        return Watch(_by_no_daemon(declare), self._keep)
 
     def asking(
         self,
@@ -373,7 +374,7 @@ class Session:
 
         self._open.get(
             selector,
-            zenoh.handlers.Callback(file, indirect=False),
+            direct(file),
             # Without ALL, Zenoh asks only one queryable that declares itself
             # `complete`.
             target=zenoh.QueryTarget.ALL,
@@ -391,9 +392,7 @@ class Session:
         # Not Zenoh's own queue of 256: where the tokens are known already, `get` fills
         # it before it returns, and a full one blocks this session for ever.
         came: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
-        take = zenoh.handlers.Callback(
-            came.put, drop=partial(came.put, None), indirect=False
-        )
+        take = direct(came.put, drop=partial(came.put, None))
         self._open.liveliness().get(key, take, timeout=timeout)
         keys, end = [], time.monotonic() + timeout
         with suppress(Empty):
@@ -409,6 +408,5 @@ class Session:
             alive = sample.kind == zenoh.SampleKind.PUT
             mailbox.put(Presence(str(sample.key_expr), alive))
 
-        take = zenoh.handlers.Callback(file, indirect=False)
         declare = self._open.liveliness().declare_subscriber
-        return Watch(declare(key, take, history=True), self._keep)
+        return Watch(declare(key, direct(file), history=True), self._keep)

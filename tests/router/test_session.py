@@ -199,6 +199,25 @@ def test_a_payload_beyond_the_bound_is_not_read(pair: Pair) -> None:
         _ = mail.payload
 
 
+def test_a_thread_of_zenoh_keeps_its_python_state(pair: Pair) -> None:
+    """Otherwise Python makes a new one for each message, which costs many ticks."""
+    router, client = pair
+    kept = threading.local()
+    seen: list[tuple[int, int]] = []
+
+    def count(_: Question) -> None:
+        kept.calls = getattr(kept, "calls", 0) + 1
+        seen.append((threading.get_ident(), kept.calls))
+
+    router.answer_at_once("rems/asked", count)
+    for _ in range(40):
+        client.ask("rems/asked")
+    for thread in {thread for thread, _ in seen}:  # a shared router has several
+        calls = [n for who, n in seen if who == thread]
+        assert calls == list(range(1, len(calls) + 1))
+    assert len(seen) == 40
+
+
 def test_ctrl_c_in_a_callback_is_not_lost(pair: Pair) -> None:
     """What a session tells itself is answered in the thread that asks."""
     router, _ = pair
