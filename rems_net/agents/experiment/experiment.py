@@ -14,12 +14,7 @@ from rems_net.agents.experiment.checking.settings import (
     make_folder,
 )
 from rems_net.agents.experiment.checking.surroundings import doubts
-from rems_net.agents.experiment.direct import (
-    check_direct,
-    check_fast,
-    members_of,
-    run_direct,
-)
+from rems_net.agents.experiment.direct import check_direct, check_fast, run_direct
 from rems_net.agents.experiment.folder import (
     Result,
     finish,
@@ -29,7 +24,7 @@ from rems_net.agents.experiment.folder import (
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.experiment.solo import Member, Solo, warn_of_numerics
+from rems_net.agents.experiment.solo import Solo, warn_of_numerics
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
@@ -202,27 +197,19 @@ class Experiment(Lineup):
         ExperimentError for a mistake in the experiment.
         """
         registry.end_import()
-        if outputs := out is not None:
+        if out is not None:
             self.add_recorder()
-        folder = Path() if out is None else check_folder(out)
-
-        def checked(seed: int) -> dict[str, Agent]:
-            for plan in self.plans.values():
-                plan.out = folder
-            return self.check(seed)
-
-        def build(seed: int) -> list[Member]:
-            return members_of(self, checked(seed), outputs=outputs)
-
-        agents = checked(self.seed)
+            out = check_folder(out)
+        engine = Solo(self, out)
+        agents = engine.build()
         check_direct(self.plans, agents)
-        if outputs:
-            put_manifest(manifest(self, agents, native=True), make_folder(folder))
+        if out is not None:
+            put_manifest(manifest(self, agents, native=True), make_folder(out))
         for text in doubts(agents):
             warn("start", text)
-        ticks = self.ticks(agents) if self.ends(agents) else None
-        first = members_of(self, agents, outputs=outputs)
-        return Solo(build, self.dt, ticks, seed=self.seed, members=first)
+        if self.ends(agents):
+            engine.ticks = self.ticks(agents)
+        return engine
 
     def add_recorder(self) -> None:
         """Add an output that records the run, unless there is one or none is wanted.
