@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
@@ -35,18 +35,10 @@ from rems_net.events import Event, warn
 from rems_net.router.files import PROCESS, SESSION, check_files
 
 if TYPE_CHECKING:
-    from rems_net.agents.clock.clock import Clock
     from rems_net.agents.experiment.run import Run
 
 #: name of the output that every run has
 RECORDER = "recorder"
-
-
-class Going(NamedTuple):
-    """A run whose agents have started, and its clock, which makes the ticks."""
-
-    run: "Run"
-    clock: "Clock"
 
 
 class Experiment(Lineup):
@@ -120,9 +112,9 @@ class Experiment(Lineup):
             if nobody:
                 show.say("run", Event("warning", 0, "run", "idle", nobody))
             return run_direct(self, out, agents, ticks, show)
-        with self.going(out, agents, ticks, factor, alone, show, nobody) as going:
-            going.clock.run(ticks)
-        return going.run.result
+        with self.going(out, agents, ticks, factor, alone, show, nobody) as run:
+            run.clock.run(ticks)
+        return run.result
 
     @contextmanager
     def going(
@@ -134,8 +126,8 @@ class Experiment(Lineup):
         alone: bool = False,
         show: Show | None = None,
         nobody: str = "",
-    ) -> Iterator[Going]:
-        """Start every agent in its process; the block makes the ticks by the clock.
+    ) -> "Iterator[Run]":
+        """Start every agent in its process; the block makes the ticks by `run.clock`.
 
         agents: from `check`.  nobody: a warning that nothing is commanded, or "".
         """
@@ -185,8 +177,8 @@ class Experiment(Lineup):
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             run = Run(fabric, terms, hosts, folder, offers, beside=beside)
-            with run.going() as clock:
-                yield Going(run, clock)
+            with run.going():
+                yield run
             finish(folder, run.result)
 
     @taught(ExperimentError)
