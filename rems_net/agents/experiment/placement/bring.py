@@ -39,8 +39,7 @@ from rems_net.agents.protocol.plan import (
     class_words,
     each,
 )
-from rems_net.errors import AgentError, RemsError
-from rems_net.events import Event
+from rems_net.errors import RemsError
 from rems_net.router.session import Session
 
 #: Number of lines of agents, of files and of addresses that are shown.
@@ -67,23 +66,6 @@ class Brought(Hosts):
         }
         super().__init__(plans, {}, show, offer.dt, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
-        #: the text of the last event of each host
-        self._last: dict[str, str] = {}
-
-    def say(self, source: str, event: Event) -> None:
-        """Pass on an event of a process, and keep it: it may be why it ended."""
-        self._last[source] = event.text
-        super().say(source, event)
-
-    def wait(self) -> None:
-        """Wait until every process has ended. Raises AgentError with its last text."""
-        try:
-            super().wait()
-        except AgentError as error:
-            # Its last message may still be on its way.
-            self.processes[error.agent].end()
-            said = self._last.get(error.agent, "").removeprefix(f"{error.agent}: ")
-            raise AgentError(error.agent, said or error.cause) from None
 
     def words(self, name: str) -> dict[str, Any]:
         """Return a host's plans, with the folders and classes of this machine."""
