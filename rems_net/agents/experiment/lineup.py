@@ -8,6 +8,7 @@ from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.checking.connections import (
+    Link,
     check_connections,
     check_foreseen,
     connect_verbs,
@@ -255,17 +256,17 @@ class Lineup:
 
     def _checked(self, seed: int | None) -> dict[str, Agent]:
         agents = self.build(seed)
-        entries = written(agents)
+        entries, links = written(agents), list[Link]()
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
-                check_connections(agents[key], plan.sources, entries, agents)
+                links += check_connections(agents[key], plan.sources, entries, agents)
                 check_ghosts(plan, self.plans, entries, agents)
                 check_here(plan, agents[key])
                 called = connect_verbs(agents[key], plan.sources, entries)
             for robot, ports in called.items():
                 sources = self.plans[robot].sources
                 sources |= {f"{CALLED}/{port}": port for port in ports}
-        check_foreseen(self.plans, entries, agents)
+        check_foreseen(links, agents)
         driven = [
             k for k, a in agents.items() if isinstance(a, Robot) and not a.lockstep
         ]
