@@ -14,7 +14,7 @@ from rems_net.agents.rules import Rules, connect, shared
 from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import Verbs
 from rems_net.defdict import Converter, Schema
-from rems_net.errors import ExperimentError, RemsError, nearest, uncoded
+from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
 
 #: a port that is read, the key of the In, the conversion of its values, and the rules
 #: for that
@@ -62,10 +62,11 @@ def check_connections(
             own[port] = _schema(found[0], agents)  # it has one source
             agent.settle(port, own[port])
         if len(found) > 1:
+            keys = [one.key for one in found]
             instead = ", or leave the schema out: In() takes all that match"
             raise ExperimentError(
                 f"its In {port!r} has a schema, so it reads one port, and {source!r} "
-                f"matches {len(found)}: {_named(found)}. Name one of them"
+                f"matches {len(found)}: {some(keys, 4)}. Name one of them"
                 f"{'' if agent.kind == 'robot' else instead}. (R0419)"
             )
         for one in found:
@@ -153,13 +154,6 @@ def connect_verbs(
 
 def _schema(source: Written, agents: Mapping[str, Agent]) -> Schema:
     return agents[source.entry.key].schemas()[source.port]
-
-
-def _named(found: Sequence[Written]) -> str:
-    keys = [one.key for one in found]
-    if len(keys) > 4:
-        return f"{', '.join(keys[:3])} and {len(keys) - 3} more"
-    return f"{', '.join(keys[:-1])} and {keys[-1]}"
 
 
 def check_hands(agents: Mapping[str, Agent]) -> None:
