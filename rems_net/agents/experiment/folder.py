@@ -88,7 +88,7 @@ def own_folder(
         try:
             yield path
         except BaseException as error:
-            _list_written(path, [file for file in _files(path) if file not in there])
+            _list(path, told, [file for file in _files(path) if file not in there])
             if isinstance(error, Exception):
                 _leave(path)
             raise
@@ -137,27 +137,23 @@ def _mend(folder: Path, show: Show) -> None:
 def finish(folder: Path, result: Result) -> None:
     """Add the run's files to the folder's manifest; find files that no output lists."""
     told, files = read_manifest(folder), result.files
-    if told is not None:  # an output was killed, and the run went on
-        left = [folder / name for name in told.files if (folder / name).exists()]
-        files += [path for path in left if path not in files]
-    if told is not None:
-        since = (folder / NAME).stat().st_mtime_ns  # written as the run began
-        known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
-        found = sorted(path for path in _entries(folder) if path not in known)
-        result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
-        ours = [path for path in files if path.is_relative_to(folder)]
-        names = sorted(path.relative_to(folder).as_posix() for path in ours)
-        with suppress(OSError):  # the recordings themselves are complete
-            replace(told, files=names).write(folder)
+    if told is None:
+        return
+    # An output may have been killed, and the run went on.
+    left = [folder / name for name in told.files if (folder / name).exists()]
+    files += [path for path in left if path not in files]
+    since = (folder / NAME).stat().st_mtime_ns  # written as the run began
+    known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
+    found = sorted(path for path in _entries(folder) if path not in known)
+    result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
+    _list(folder, told, [path for path in files if path.is_relative_to(folder)])
 
 
-def _list_written(folder: Path, files: Sequence[Path]) -> None:
-    """List in the manifest of a run that failed the files that it has written."""
-    told = read_manifest(folder)
-    if told is not None:
-        names = sorted(path.relative_to(folder).as_posix() for path in files)
-        with suppress(OSError):  # the run's own error is the one to report
-            replace(told, files=names).write(folder)
+def _list(folder: Path, told: Manifest, files: Sequence[Path]) -> None:
+    """Write the manifest of a run that is over, with the files that it has written."""
+    names = sorted(path.relative_to(folder).as_posix() for path in files)
+    with suppress(OSError):  # they are complete, or the run's own error is reported
+        replace(told, files=names).write(folder)
 
 
 def _files(folder: Path) -> list[Path]:
