@@ -2,11 +2,10 @@
 
 import inspect
 import json
-from collections.abc import Callable, Collection, Mapping
-from functools import lru_cache
+from collections.abc import Collection, Mapping
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.diagnosis import check_call, written
+from rems_net.agents.diagnosis import check_call, takes, written
 from rems_net.agents.ports import Settings
 from rems_net.agents.protocol.plan import COMMON, Plan
 from rems_net.agents.robot import Robot
@@ -60,22 +59,13 @@ _INSTEAD = (
 
 def _check_constructor(cls: type[Agent], plan: Plan) -> None:
     """Refuse an __init__ that an agent cannot be built by."""
-    if not _takes_plan(cls.__init__, plan.kind == "robot"):
+    words = ["options", "folder", "out", "every"]
+    words += ["parameters", "initial"] if plan.kind == "robot" else []
+    if not takes(cls.__init__, 2, *words):
         own = inspect.signature(cls.__init__)
         raise SchemaError(
             f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD} (R0504)"
         )
-
-
-@lru_cache(maxsize=1024)
-def _takes_plan(init: Callable[..., None], robot: bool) -> bool:
-    words = ["options", "folder", "out", "every"]
-    words += ["parameters", "initial"] if robot else []
-    try:
-        inspect.signature(init).bind(None, "name", **dict.fromkeys(words))
-    except TypeError:
-        return False
-    return True
 
 
 def check_words(cls: type[Agent], words: Mapping[str, object]) -> None:
