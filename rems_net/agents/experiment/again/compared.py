@@ -2,7 +2,7 @@
 
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -81,14 +81,10 @@ class Compared:
 
     def by_agent(self) -> list[tuple[str, list[Difference]]]:
         """Return agents with their differences, in the order in which they begin."""
-        firsts: dict[str, tuple[int, int, str]] = {}
+        agents: dict[str, list[Difference]] = {}
         for one in sorted(self.found.values(), key=lambda one: one.order):
-            firsts.setdefault(one.agent, one.order)
-        ordered = sorted(
-            self.found.values(), key=lambda one: (firsts[one.agent], one.order)
-        )
-        groups = groupby(ordered, key=lambda one: one.agent)
-        return [(agent, [*some]) for agent, some in groups]
+            agents.setdefault(one.agent, []).append(one)
+        return [*agents.items()]
 
 
 class Comparison:
@@ -106,12 +102,16 @@ class Comparison:
         self._recorded = file.ticks()
         self._next = next(self._recorded, None)
 
-    def add(self, n: int, messages: Mapping[str, bytes]) -> None:
-        """Compare the messages of tick n."""
+    def _until(self, n: float) -> None:
+        """Compare the recorded messages before tick n, which were not recomputed."""
         while self._next is not None and self._next[0] < n:
             self._compare(*self._next, {})
             self._next = next(self._recorded, None)
-        recorded: dict[str, bytes] = {}
+
+    def add(self, n: int, messages: Mapping[str, bytes]) -> None:
+        """Compare the messages of tick n."""
+        self._until(n)
+        recorded: Mapping[str, bytes] = {}
         if self._next is not None and self._next[0] == n:
             recorded = self._next[1]
             self._next = next(self._recorded, None)
@@ -119,9 +119,7 @@ class Comparison:
 
     def end(self) -> Compared:
         """Compare what is left in the file."""
-        while self._next is not None:
-            self._compare(*self._next, {})
-            self._next = next(self._recorded, None)
+        self._until(inf)
         for key, rows in self._poses.items():
             time, *poses = np.array(rows).T
             both = Trajectory("recorded", time, *poses[:3]), Trajectory(
