@@ -81,27 +81,21 @@ def find_class(here: Path, one: str) -> str:
 
 def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bool:
     """Return whether a class of a file inherits from one of rems_net or of a part."""
+    if not depth:
+        return False
     try:
         body: list[ast.stmt] = ast.parse(sources[file]).body
     except (KeyError, SyntaxError, ValueError, RecursionError, MemoryError):
         return False
     imported = dict(_imports(body))
-    found: ast.ClassDef | None = None
+    bases: list[ast.expr] = []
     for chunk in name.split("."):
-        body = found.body if found else body
         found = next((c for c in _classes(body) if c.name == chunk), None)
-        if found is None:
-            break
-    if found is None:
-        # The class is imported there, from another file of the user's.
-        return depth > 0 and _comes_from(sources, file, imported, name, depth)
-    return depth > 0 and any(
-        _is_agent(sources, file, word, depth - 1)
-        if any(c.name == word for c in _classes(ast.parse(sources[file]).body))
-        else _comes_from(sources, file, imported, word, depth)
-        for word in map(ast.unparse, found.bases)
-        if word != name
-    )
+        if found is None:  # it is imported there, from another file of the user's
+            return _comes_from(sources, file, imported, name, depth)
+        body, bases = found.body, found.bases
+    words = map(ast.unparse, bases)
+    return any(_is_agent(sources, file, w, depth - 1) for w in words if w != name)
 
 
 def _comes_from(
