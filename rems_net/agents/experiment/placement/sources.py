@@ -2,8 +2,7 @@
 
 Code never travels. A file of this machine is used if it is below the user's folder, has
 the same digest as on the run's machine, and defines, by its text, an agent of rems_net.
-It is read for that, not
-imported: an import would run it.
+It is read for that, not imported: an import would run it.
 """
 
 import ast
