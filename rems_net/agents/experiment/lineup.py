@@ -36,6 +36,7 @@ from rems_net.agents.experiment.source.methods import built, check_words
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.plan import (
     Plan,
+    grouped,
     robot_classes,
     usual_sources,
 )
@@ -299,7 +300,4 @@ class Lineup:
 
     def by_host(self) -> dict[str, list[Plan]]:
         """Return the plans of each process, by the name of their host."""
-        hosts: dict[str, list[Plan]] = {}
-        for plan in self.plans.values():
-            hosts.setdefault(plan.host, []).append(plan)
-        return hosts
+        return grouped((plan.host, plan) for plan in self.plans.values())

@@ -20,7 +20,7 @@ from rems_net.agents.experiment.placement.needs import (
     texts,
 )
 from rems_net.agents.parts import reference
-from rems_net.agents.protocol.plan import Plan, by_kind
+from rems_net.agents.protocol.plan import Plan, grouped
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED
@@ -112,7 +112,7 @@ def manifest(
         describe(lab.plans, agents, lab.dt),
         seed=lab.seed,
         numerics=numerics(agents.values(), native=native or lab.native),
-        agents=by_kind((p.kind, _table(p, agents[p.key], lab)) for p in plans),
+        agents=grouped((p.kind, _table(p, agents[p.key], lab)) for p in plans),
         worlds=surroundings.worlds(agents),
         dt=lab.dt,
         pace=pace,
@@ -147,8 +147,7 @@ def describe(
         # The place of a real robot is unknown before the run.
         if isinstance(agent, Robot) and agent.lockstep:
             state, places = agent.state, {}
-            pairs = zip(state.schema.paths, state.schema.fields, strict=True)
-            for path, field in pairs:
+            for path, field in state.schema.rows():
                 if field.dtype == "float" and not field.shape:
                     places[heading(f"state/{path}", field.unit)] = float(state[path])
             start = time_of(plans[key].since - 1, dt)

@@ -19,6 +19,7 @@ from rems_net.agents.protocol.plan import (
     class_names,
     class_words,
     each,
+    grouped,
     host_of,
     slots_of,
 )
@@ -81,10 +82,7 @@ class Offer(NamedTuple):
 
     def hosts(self) -> dict[str, list[tuple[str, Table]]]:
         """Return kind and table of all agents, by their host."""
-        found: dict[str, list[tuple[str, Table]]] = {}
-        for kind, one in each(self.agents):
-            found.setdefault(host_of(kind, one), []).append((kind, one))
-        return found
+        return grouped((host_of(*one), one) for one in each(self.agents))
 
 
 def read_offer(payload: bytes) -> Offer:

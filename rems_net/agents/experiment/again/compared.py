@@ -16,7 +16,7 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.solo import Solo
 from rems_net.agents.ports import Messages
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, grouped
 from rems_net.agents.tick import Tick
 from rems_net.defdict import cdr
 from rems_net.recordings.comparison import Pair, Trajectory, compare as compared
@@ -81,10 +81,8 @@ class Compared:
 
     def by_agent(self) -> list[tuple[str, list[Difference]]]:
         """Return agents with their differences, in the order in which they begin."""
-        agents: dict[str, list[Difference]] = {}
-        for one in sorted(self.found.values(), key=lambda one: one.order):
-            agents.setdefault(one.agent, []).append(one)
-        return [*agents.items()]
+        ordered = sorted(self.found.values(), key=lambda one: one.order)
+        return [*grouped((one.agent, one) for one in ordered).items()]
 
 
 class Comparison:

@@ -1,10 +1,9 @@
 """Bring: this machine starts agents of a run elsewhere, if its user agrees.
 
 Their classes are parts that are installed here, or are in files below this machine's
-own folder with the same digests as on the run's
-machine: code never travels (`code.py`). Files that the agents read come into a
-    temporary folder, in which they run; no other file is opened for them (`offered.py`,
-    `models.py`).
+own folder with the same digests as on the run's machine: code never travels
+(`sources.py`). Files that the agents read come into a temporary folder, in which they
+run; no other file is opened for them (`offered.py`, `models.py`).
 """
 
 import sys
@@ -34,10 +33,10 @@ from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer
 from rems_net.agents.protocol.plan import (
     Plan,
-    by_kind,
     class_names,
     class_words,
     each,
+    grouped,
 )
 from rems_net.errors import RemsError
 from rems_net.router.session import Session
@@ -78,7 +77,7 @@ class Brought(Hosts):
         argv = [sys.argv[0], *offer.words]
         return {
             "argv": [word.encode(errors="replace") for word in argv],
-            "agents": by_kind(found),
+            "agents": grouped(found),
             "taken": offer.taken,
             "values": [],
             "dt": offer.dt,
