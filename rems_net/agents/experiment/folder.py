@@ -170,8 +170,7 @@ def _expected(lab: Lineup, agents: Mapping[str, Agent]) -> list[str]:
         if isinstance(agent, Output):
             sources = lab.plans[key].sources.values()
             read = [one for s in sources for one in resolve(s, entries, key, key)]
-            ports = {one.key: agents[one.entry.key].published() for one in read}
-            schemas = {one.key: ports[one.key][one.port] for one in read}
+            schemas = {r.key: agents[r.entry.key].published()[r.port] for r in read}
             names |= dict.fromkeys(agent.expected(schemas))
     return [*names]
 

@@ -89,7 +89,8 @@ def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bo
     imported = dict(_imports(body))
     bases: list[ast.expr] = []
     for chunk in name.split("."):
-        found = next((c for c in _classes(body) if c.name == chunk), None)
+        classes = (node for node in body if isinstance(node, ast.ClassDef))
+        found = next((one for one in classes if one.name == chunk), None)
         if found is None:  # it is imported there, from another file of the user's
             return _comes_from(sources, file, imported, name, depth)
         body, bases = found.body, found.bases
@@ -128,7 +129,3 @@ def _imports(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             for alias in node.names:
                 yield alias.asname or alias.name, f"{node.module}.{alias.name}"
-
-
-def _classes(body: list[ast.stmt]) -> list[ast.ClassDef]:
-    return [node for node in body if isinstance(node, ast.ClassDef)]
