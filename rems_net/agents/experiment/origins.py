@@ -28,7 +28,6 @@ from rems_net.errors import ExperimentError
 from rems_net.maths.numerics import describe as describe_numerics, environment
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.manifest import Manifest, Start
-from rems_net.uncaught import is_users
 
 
 def digests(
@@ -66,15 +65,13 @@ def files(values: Iterable[str], folder: Path) -> dict[str, str]:
 def _sources(plan: Plan) -> Iterator[Path]:
     """Yield the user's files in which the classes of an agent are, with their bases."""
     for base in (base for cls in plan.classes for base in cls.__mro__):
-        if (file := file_of(base.__module__)) and (own := _users_own(file)):
-            yield own
+        if file := file_of(base.__module__):
+            yield _resolved(file)
 
 
 @lru_cache(maxsize=1024)  # a sweep asks for every class at every run
-def _users_own(file: Path) -> Path | None:
-    """Return a user's file, resolved; None for one of a library."""
-    path = file.resolve()
-    return path if is_users(str(path)) else None
+def _resolved(file: Path) -> Path:
+    return file.resolve()
 
 
 def shown_class(where: str, folder: Path) -> str:
