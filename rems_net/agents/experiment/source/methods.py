@@ -88,14 +88,11 @@ def check_nested(
     words: Mapping[str, object],
     declared: Mapping[str, type[Agent]],
     known: Collection[str] = (),
-    *,
-    toml: bool = False,
 ) -> None:
     """Refuse settings of a class beside the agent's name: they have a table.
 
     declared: by table, such as `options`, the class that declares it. known: the words
-    that do stand beside the name. toml: whether a file has them. Raises ExperimentError
-    with the table to write.
+    that do stand beside the name. Raises ExperimentError with the table to write.
     """
     for slot, cls in declared.items():
         settings = getattr(cls, slot, None)
@@ -106,24 +103,19 @@ def check_nested(
         if flat:
             raise ExperimentError(
                 f"{', '.join(flat)} {'belongs' if len(flat) == 1 else 'belong'} in the "
-                f"{slot} of {cls.__name__}; write {_table(slot, flat, toml)}. (R0407)"
+                f"{slot} of {cls.__name__}; write {slot}={{{_settings(flat)}}}. (R0407)"
             )
 
 
-def _table(slot: str, settings: Mapping[str, object], toml: bool) -> str:
-    """Return settings as their table is written, in Python or in TOML."""
-    pairs = {word: _value(value, toml) for word, value in settings.items()}
-    if toml:
-        inner = ", ".join(f"{word} = {value}" for word, value in pairs.items())
-        return f"{slot} = {{ {inner} }}"
-    inner = ", ".join(f'"{word}": {value}' for word, value in pairs.items())
-    return f"{slot}={{{inner}}}"
+def _settings(given: Mapping[str, object]) -> str:
+    """Return settings as they are written in a table."""
+    return ", ".join(f'"{word}": {_value(value)}' for word, value in given.items())
 
 
-def _value(value: object, toml: bool) -> str:
+def _value(value: object) -> str:
     if isinstance(value, str | bool | int | float):
-        in_json = isinstance(value, str) or (toml and isinstance(value, bool))
-        said = json.dumps(value, ensure_ascii=False) if in_json else repr(value)
+        is_text = isinstance(value, str)
+        said = json.dumps(value, ensure_ascii=False) if is_text else repr(value)
         if len(said) <= 60:
             return said
     return "..."
