@@ -164,6 +164,14 @@ def some(names: Iterable[str], most: int = 12) -> str:
     return (", ".join(known[:most]) or "none") + more
 
 
+def show_path(path: "Path") -> str:
+    """Return a path relative to the working folder, if it is below that."""
+    try:
+        return str(path.relative_to(path.cwd()))
+    except (ValueError, OSError):  # it is elsewhere, or the working folder was removed
+        return str(path)
+
+
 def whereabouts(path: "Path", *suffixes: str) -> str:
     """Return where a missing file was looked for, and the nearest name there.
 

@@ -144,7 +144,7 @@ def check_call(owner: object, name: str, *words: str) -> None:
     """Refuse a method that does not take these arguments. Raises SchemaError."""
     function = getattr(owner, name)
     bound = getattr(function, "__func__", None)
-    if not _takes(bound or function, len(words) + (bound is not None)):
+    if not takes(bound or function, len(words) + (bound is not None)):
         own = inspect.signature(bound or function)
         raise SchemaError(
             f"{written(owner, name)} is `def {name}{own}`; expected "
@@ -153,10 +153,13 @@ def check_call(owner: object, name: str, *words: str) -> None:
 
 
 @lru_cache(maxsize=1024)
-def _takes(function: Callable[..., object], count: int) -> bool:
-    """Return whether a function takes `count` arguments. A crowd asks often."""
+def takes(function: Callable[..., object], count: int, *words: str) -> bool:
+    """Return whether a function takes `count` arguments, and others by these words.
+
+    A crowd asks often.
+    """
     try:
-        inspect.signature(function).bind(*range(count))
+        inspect.signature(function).bind(*range(count), **dict.fromkeys(words))
     except TypeError:
         return False
     return True

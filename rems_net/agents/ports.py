@@ -13,6 +13,7 @@ DefDict, and `cart.state = {"x": 1.0}` updates it by the rules of the schema.
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
+from functools import cached_property
 from typing import Any, Self, cast, overload
 from weakref import WeakKeyDictionary
 
@@ -258,10 +259,7 @@ class Settings(Slot):
         **more: Field | Schema,
     ):
         self.fields: dict[str, Field | Schema] = {**(fields or {}), **more}
-        self._schema: Schema | None = None
 
-    @property
+    @cached_property
     def schema(self) -> Schema:
-        if self._schema is None:
-            self._schema = Schema(f"{self.owner}.{self.name}", self.fields)
-        return self._schema
+        return Schema(f"{self.owner}.{self.name}", self.fields)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents import parts, registry
+from rems_net.agents import registry
 from rems_net.defdict import Converter, Rule, Schema
 from rems_net.errors import ExperimentError
 from rems_net.teleop.keys import KEYBOARD, KEYS_RULE
@@ -40,9 +40,7 @@ def _rule(given: object, folder: Path) -> Rule:
     )
 
 
-def rule_reference(
-    rule: Rule, reference: Callable[[Any], str] = parts.reference
-) -> str:
+def rule_reference(rule: Rule, reference: Callable[[Any], str]) -> str:
     """Return the name by which another process finds a rule. Raises ExperimentError."""
     named = reference(rule.function)
     if rule.function.__qualname__ == "<lambda>":
@@ -89,11 +87,8 @@ def given_paths(theirs: Schema, wanted: Schema, rules: Rules) -> set[str]:
     if hand := by_hand(theirs, wanted, rules):
         return {*hand[-1].gives.paths}
     found = {*theirs.paths}
-    left, before = [*rules], -1
-    while len(left) != before:  # a rule may need what another one gives
-        before = len(left)
-        for rule in [one for one in left if {*one.needs.paths} <= found]:
-            left.remove(rule)
+    for rule in rules * len(rules):  # a rule may need what another one gives
+        if {*rule.needs.paths} <= found:
             found |= {*rule.gives.paths}
     return found
 

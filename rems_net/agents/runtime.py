@@ -1,6 +1,7 @@
 """Runtime: a run's data about one agent, apart from the user's own attributes."""
 
 from collections.abc import Mapping
+from dataclasses import InitVar, dataclass, field
 from typing import Any, Protocol
 
 from rems_net.agents.background.jobs import Jobs
@@ -32,68 +33,53 @@ class Guard(Protocol):
         """
 
 
+@dataclass(slots=True, eq=False)
 class Runtime:
     """Run state of one agent. The engine writes it; agents do not.
 
     key: of the agent.  ins: names of its Ins.  every: it steps at each tick n with
-    n % every == 0.  lockstep: whether the clock waits for it.
+    n % every == 0.
     """
 
-    __slots__ = (
-        "dt",
-        "every",
-        "feedback",
-        "guard",
-        "in_step",
-        "ins",
-        "jobs",
-        "kind",
-        "restarts",
-        "rules",
-        "seed",
-        "shares",
-        "source_tick",
-        "source_ticks",
-        "sources",
-        "stopped",
-        "tick",
-        "touched",
-        "written",
-    )
+    key: InitVar[str]
+    ins: tuple[str, ...]
+    every: int
+    #: False on an open fabric, where the clock waits for no agent
+    in_step: bool
+    kind: str = field(init=False)
+    jobs: Jobs = field(init=False)
+    tick: Tick = field(init=False)
+    #: seed of the experiment
+    seed: int = 0
+    #: rules for the values that its Ins read
+    rules: tuple[Rule, ...] = ()
+    #: how often the agent's process was started again after a crash
+    restarts: int = 0
+    #: by In: its source
+    sources: Mapping[str, str] = field(default_factory=dict)
+    #: If several agents write a robot's command: for each, by its port such as
+    #: `command/input/base`, the safe values of the fields that it writes.
+    shares: dict[str, dict[str, Any]] = field(default_factory=dict)
+    #: by In: the source tick of its value
+    source_ticks: dict[str, int] = field(default_factory=dict)
+    #: s. Length of the run's ticks, of which this agent may step every k-th.
+    dt: float = 0.0
+    #: the source tick of the values that the agent writes now
+    source_tick: int = 0
+    #: whether the agent has set one of its Outs in this step
+    touched: bool = False
+    #: names of the Outs that the agent has ever set
+    written: dict[str, bool] = field(default_factory=dict)
+    #: Ins through which the agent reads its own output; their age means nothing
+    feedback: set[str] = field(default_factory=set)
+    #: whether STOP holds, by the newest tick
+    stopped: bool = False
+    #: for a driven robot in a host: the age of ticks by the wall clock
+    guard: Guard | None = None
 
-    def __init__(self, key: str, ins: tuple[str, ...], every: int, lockstep: bool):
-        self.kind, self.ins, self.every = key.partition("/")[0], ins, every
-        #: False on an open fabric, where the clock waits for no agent
-        self.in_step = lockstep
+    def __post_init__(self, key: str) -> None:
+        self.kind, self.jobs = key.partition("/")[0], Jobs(key)
         self.tick = Tick(0, 0.0, 0.0)
-        #: seed of the experiment
-        self.seed = 0
-        #: rules for the values that its Ins read
-        self.rules: tuple[Rule, ...] = ()
-        #: how often the agent's process was started again after a crash
-        self.restarts = 0
-        self.jobs = Jobs(key)
-        #: by In: its source
-        self.sources: Mapping[str, str] = {}
-        #: If several agents write a robot's command: for each, by its port such as
-        #: `command/input/base`, the safe values of the fields that it writes.
-        self.shares: dict[str, dict[str, Any]] = {}
-        #: by In: the source tick of its value
-        self.source_ticks: dict[str, int] = {}
-        #: s. Length of the run's ticks, of which this agent may step every k-th.
-        self.dt = 0.0
-        #: the source tick of the values that the agent writes now
-        self.source_tick = 0
-        #: whether the agent has set one of its Outs in this step
-        self.touched = False
-        #: names of the Outs that the agent has ever set
-        self.written: dict[str, bool] = {}
-        #: Ins through which the agent reads its own output; their age means nothing
-        self.feedback: set[str] = set()
-        #: whether STOP holds, by the newest tick
-        self.stopped = False
-        #: for a driven robot in a host: the age of ticks by the wall clock
-        self.guard: Guard | None = None
 
     def begin(self, tick: Tick) -> Tick:
         """Return the tick as this agent steps it; deliver the jobs that have ended."""

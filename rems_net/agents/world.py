@@ -10,7 +10,7 @@ from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver, Robot, driver_of
-from rems_net.agents.runtime import runtime
+from rems_net.agents.runtime import SAME, runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
 from rems_net.bodies.arena import Arena
@@ -38,8 +38,6 @@ from rems_net.scenes.shared import Shared
 
 #: before the name of a ghost: the port that reads its pose
 GHOSTS = "@ghosts"
-#: s. A pose that is older by less is not too old: rounding.
-SAME = 1e-9
 
 
 class World(Agent):

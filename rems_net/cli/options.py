@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, show_path as show_path
 from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
@@ -172,15 +172,6 @@ def value_of(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
-
-
-def show_path(path: Path) -> str:
-    """Return a path relative to the working directory, if that is shorter."""
-    try:
-        return str(path.relative_to(Path.cwd()))
-    # it is elsewhere, or the working directory was deleted
-    except (ValueError, OSError):
-        return str(path)
 
 
 def show_files(files: Sequence[Path]) -> None:

@@ -8,26 +8,10 @@ from rems_net.agents.agent import Agent, Output
 from rems_net.agents.experiment.folder import Result, finish, note_end, own_folder
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.experiment.solo import Solo
 from rems_net.agents.protocol.plan import Plan
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
-
-
-def members(lab: Lineup, seed: int, *, outputs: bool) -> list[Member]:
-    """Return a lineup's members for an engine. outputs: whether it writes files."""
-    return members_of(lab, lab.check(seed), outputs=outputs)
-
-
-def members_of(
-    lab: Lineup, agents: Mapping[str, Agent], *, outputs: bool
-) -> list[Member]:
-    """Return these agents, which a lineup has just checked, as members."""
-    return [
-        Member(agents[key], plan.sources, plan.since, plan.again)
-        for key, plan in lab.plans.items()
-        if outputs or plan.kind != "output"
-    ]
 
 
 def check_direct(
@@ -79,18 +63,14 @@ def run_direct(
     """
     check_direct(lab.plans, agents, lab.on_failure == "drop")
 
-    def build(seed: int) -> list[Member]:
-        # built again: outputs know their folder now
-        return members(lab, seed, outputs=True)
-
-    engine = Solo(build, lab.dt, ticks, seed=lab.seed)
-
     def pass_on(event: Event) -> None:
         event = replace(event, agent=event.agent or "run", tick=event.tick or engine.n)
         show.say("run", event)
 
     # It computes with the libraries of this process: `native`, or pinned by rems.
     with own_folder(lab, out, agents, show, native=True) as folder:
+        # The agents are built again: outputs know their folder now.
+        engine = Solo(lab, folder, ticks)
         try:
             with listening(pass_on), engine:
                 try:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import Agent
@@ -14,12 +14,7 @@ from rems_net.agents.experiment.checking.settings import (
     make_folder,
 )
 from rems_net.agents.experiment.checking.surroundings import doubts
-from rems_net.agents.experiment.direct import (
-    check_direct,
-    check_fast,
-    members_of,
-    run_direct,
-)
+from rems_net.agents.experiment.direct import check_direct, check_fast, run_direct
 from rems_net.agents.experiment.folder import (
     Result,
     finish,
@@ -29,7 +24,7 @@ from rems_net.agents.experiment.folder import (
 from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.experiment.solo import Member, Solo, warn_of_numerics
+from rems_net.agents.experiment.solo import Solo, warn_of_numerics
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.parts import reference
 from rems_net.agents.protocol.limits import JOIN_TIME
@@ -40,18 +35,10 @@ from rems_net.events import Event, warn
 from rems_net.router.files import PROCESS, SESSION, check_files
 
 if TYPE_CHECKING:
-    from rems_net.agents.clock.clock import Clock
     from rems_net.agents.experiment.run import Run
 
 #: name of the output that every run has
 RECORDER = "recorder"
-
-
-class Going(NamedTuple):
-    """A run whose agents have started, and its clock, which makes the ticks."""
-
-    run: "Run"
-    clock: "Clock"
 
 
 class Experiment(Lineup):
@@ -125,9 +112,9 @@ class Experiment(Lineup):
             if nobody:
                 show.say("run", Event("warning", 0, "run", "idle", nobody))
             return run_direct(self, out, agents, ticks, show)
-        with self.going(out, agents, ticks, factor, alone, show, nobody) as going:
-            going.clock.run(ticks)
-        return going.run.result
+        with self.going(out, agents, ticks, factor, alone, show, nobody) as run:
+            run.clock.run(ticks)
+        return run.result
 
     @contextmanager
     def going(
@@ -139,8 +126,8 @@ class Experiment(Lineup):
         alone: bool = False,
         show: Show | None = None,
         nobody: str = "",
-    ) -> Iterator[Going]:
-        """Start every agent in its process; the block makes the ticks by the clock.
+    ) -> "Iterator[Run]":
+        """Start every agent in its process; the block makes the ticks by `run.clock`.
 
         agents: from `check`.  nobody: a warning that nothing is commanded, or "".
         """
@@ -190,8 +177,8 @@ class Experiment(Lineup):
             fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
             run = Run(fabric, terms, hosts, folder, offers, beside=beside)
-            with run.going() as clock:
-                yield Going(run, clock)
+            with run.going():
+                yield run
             finish(folder, run.result)
 
     @taught(ExperimentError)
@@ -202,27 +189,19 @@ class Experiment(Lineup):
         ExperimentError for a mistake in the experiment.
         """
         registry.end_import()
-        if outputs := out is not None:
+        if out is not None:
             self.add_recorder()
-        folder = Path() if out is None else check_folder(out)
-
-        def checked(seed: int) -> dict[str, Agent]:
-            for plan in self.plans.values():
-                plan.out = folder
-            return self.check(seed)
-
-        def build(seed: int) -> list[Member]:
-            return members_of(self, checked(seed), outputs=outputs)
-
-        agents = checked(self.seed)
+            out = check_folder(out)
+        engine = Solo(self, out)
+        agents = engine.build()
         check_direct(self.plans, agents)
-        if outputs:
-            put_manifest(manifest(self, agents, native=True), make_folder(folder))
+        if out is not None:
+            put_manifest(manifest(self, agents, native=True), make_folder(out))
         for text in doubts(agents):
             warn("start", text)
-        ticks = self.ticks(agents) if self.ends(agents) else None
-        first = members_of(self, agents, outputs=outputs)
-        return Solo(build, self.dt, ticks, seed=self.seed, members=first)
+        if self.ends(agents):
+            engine.ticks = self.ticks(agents)
+        return engine
 
     def add_recorder(self) -> None:
         """Add an output that records the run, unless there is one or none is wanted.

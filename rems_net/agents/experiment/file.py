@@ -51,8 +51,8 @@ _IN_TOML = (
     ("expects True or False", "expects true or false"),
 )
 
-#: A table of one setting in a message, such as `options={"file": "keys.csv"}`.
-_TABLE = re.compile(r'(\w+)=\{"(\w+)": ("[^"]*"|[^"{}]*)\}')
+#: A table of settings in a message, such as `options={"file": "keys.csv"}`.
+_TABLE = re.compile(r'(\w+)=\{("\w+": [^{}]*)\}')
 
 #: How `Experiment` begins a sentence about one of its agents.
 _AGENT = re.compile(rf"({'|'.join(PHASES)}) '([^']*)': ")
@@ -119,8 +119,14 @@ def located(path: Path | str, where: str = "") -> Iterator[None]:
         place = f"{path}, {where}" if where else f"{path}"
         for python, toml in _IN_TOML:
             sentence = sentence.replace(python, toml)
-        sentence = _TABLE.sub(r"\1 = { \2 = \3 }", sentence)
+        sentence = _TABLE.sub(_in_toml, sentence)
         raise ExperimentError(f"{place}: {sentence}") from None
+
+
+def _in_toml(table: re.Match[str]) -> str:
+    inner = re.sub(r'"(\w+)": ', r"\1 = ", table[2])
+    inner = re.sub(r"= (True|False)\b", lambda one: one[0].lower(), inner)
+    return f"{table[1]} = {{ {inner} }}"
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -193,7 +199,7 @@ def _add(experiment: Experiment, kind: str, table: dict[str, Any]) -> None:
         cls = parts.find(kind, table["type"], folder)
         declared = {"options": cls}
         known = ("name", "type", *cls.ins(), "options", *COMMON)
-    check_nested(table, declared, known, toml=True)
+    check_nested(table, declared, known)
     settings = (getattr(cls, slot, None) for slot, cls in declared.items())
     own = [w for one in settings if one for w in one.schema.entries]
     _check_keys(table, known, "it", own)

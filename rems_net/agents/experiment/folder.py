@@ -15,7 +15,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import time_of
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import AgentError, ExperimentError, show_path as shown
 from rems_net.events import Event
 from rems_net.recordings.manifest import NAME, Manifest, read_manifest
 from rems_net.recordings.mcap.scan import finish as end_recording
@@ -88,7 +88,7 @@ def own_folder(
         try:
             yield path
         except BaseException as error:
-            _list_written(path, [file for file in _files(path) if file not in there])
+            _list(path, told, [file for file in _files(path) if file not in there])
             if isinstance(error, Exception):
                 _leave(path)
             raise
@@ -137,27 +137,23 @@ def _mend(folder: Path, show: Show) -> None:
 def finish(folder: Path, result: Result) -> None:
     """Add the run's files to the folder's manifest; find files that no output lists."""
     told, files = read_manifest(folder), result.files
-    if told is not None:  # an output was killed, and the run went on
-        left = [folder / name for name in told.files if (folder / name).exists()]
-        files += [path for path in left if path not in files]
-    if told is not None:
-        since = (folder / NAME).stat().st_mtime_ns  # written as the run began
-        known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
-        found = sorted(path for path in _entries(folder) if path not in known)
-        result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
-        ours = [path for path in files if path.is_relative_to(folder)]
-        names = sorted(path.relative_to(folder).as_posix() for path in ours)
-        with suppress(OSError):  # the recordings themselves are complete
-            replace(told, files=names).write(folder)
+    if told is None:
+        return
+    # An output may have been killed, and the run went on.
+    left = [folder / name for name in told.files if (folder / name).exists()]
+    files += [path for path in left if path not in files]
+    since = (folder / NAME).stat().st_mtime_ns  # written as the run began
+    known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
+    found = sorted(path for path in _entries(folder) if path not in known)
+    result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
+    _list(folder, told, [path for path in files if path.is_relative_to(folder)])
 
 
-def _list_written(folder: Path, files: Sequence[Path]) -> None:
-    """List in the manifest of a run that failed the files that it has written."""
-    told = read_manifest(folder)
-    if told is not None:
-        names = sorted(path.relative_to(folder).as_posix() for path in files)
-        with suppress(OSError):  # the run's own error is the one to report
-            replace(told, files=names).write(folder)
+def _list(folder: Path, told: Manifest, files: Sequence[Path]) -> None:
+    """Write the manifest of a run that is over, with the files that it has written."""
+    names = sorted(path.relative_to(folder).as_posix() for path in files)
+    with suppress(OSError):  # they are complete, or the run's own error is reported
+        replace(told, files=names).write(folder)
 
 
 def _files(folder: Path) -> list[Path]:
@@ -174,8 +170,7 @@ def _expected(lab: Lineup, agents: Mapping[str, Agent]) -> list[str]:
         if isinstance(agent, Output):
             sources = lab.plans[key].sources.values()
             read = [one for s in sources for one in resolve(s, entries, key, key)]
-            ports = {one.key: agents[one.entry.key].published() for one in read}
-            schemas = {one.key: ports[one.key][one.port] for one in read}
+            schemas = {r.key: agents[r.entry.key].published()[r.port] for r in read}
             names |= dict.fromkeys(agent.expected(schemas))
     return [*names]
 
@@ -234,12 +229,6 @@ def _leave(path: Path) -> None:
         if [entry.name for entry in path.iterdir()] == [NAME]:
             (path / NAME).unlink()
             path.rmdir()
-
-
-def shown(path: Path) -> str:
-    with suppress(ValueError, OSError):
-        return str(path.relative_to(Path.cwd()))
-    return str(path)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from rems_net.agents import parts
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.experiment.checking.connections import (
+    Link,
     check_connections,
     check_foreseen,
     connect_verbs,
@@ -35,6 +36,7 @@ from rems_net.agents.experiment.source.methods import built, check_words
 from rems_net.agents.experiment.source.mistakes import check_class
 from rems_net.agents.protocol.plan import (
     Plan,
+    grouped,
     robot_classes,
     usual_sources,
 )
@@ -255,17 +257,17 @@ class Lineup:
 
     def _checked(self, seed: int | None) -> dict[str, Agent]:
         agents = self.build(seed)
-        entries = written(agents)
+        entries, links = written(agents), list[Link]()
         for key, plan in self.plans.items():
             with origin(f"{plan.kind} {plan.name!r}"):
-                check_connections(agents[key], plan.sources, entries, agents)
+                links += check_connections(agents[key], plan.sources, entries, agents)
                 check_ghosts(plan, self.plans, entries, agents)
                 check_here(plan, agents[key])
                 called = connect_verbs(agents[key], plan.sources, entries)
             for robot, ports in called.items():
                 sources = self.plans[robot].sources
                 sources |= {f"{CALLED}/{port}": port for port in ports}
-        check_foreseen(self.plans, entries, agents)
+        check_foreseen(links, agents)
         driven = [
             k for k, a in agents.items() if isinstance(a, Robot) and not a.lockstep
         ]
@@ -298,7 +300,4 @@ class Lineup:
 
     def by_host(self) -> dict[str, list[Plan]]:
         """Return the plans of each process, by the name of their host."""
-        hosts: dict[str, list[Plan]] = {}
-        for plan in self.plans.values():
-            hosts.setdefault(plan.host, []).append(plan)
-        return hosts
+        return grouped((plan.host, plan) for plan in self.plans.values())

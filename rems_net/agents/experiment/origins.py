@@ -20,7 +20,7 @@ from rems_net.agents.experiment.placement.needs import (
     texts,
 )
 from rems_net.agents.parts import reference
-from rems_net.agents.protocol.plan import Plan, by_kind
+from rems_net.agents.protocol.plan import Plan, grouped
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED
@@ -28,7 +28,6 @@ from rems_net.errors import ExperimentError
 from rems_net.maths.numerics import describe as describe_numerics, environment
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.manifest import Manifest, Start
-from rems_net.uncaught import is_users
 
 
 def digests(
@@ -66,15 +65,13 @@ def files(values: Iterable[str], folder: Path) -> dict[str, str]:
 def _sources(plan: Plan) -> Iterator[Path]:
     """Yield the user's files in which the classes of an agent are, with their bases."""
     for base in (base for cls in plan.classes for base in cls.__mro__):
-        if (file := file_of(base.__module__)) and (own := _users_own(file)):
-            yield own
+        if file := file_of(base.__module__):
+            yield _resolved(file)
 
 
 @lru_cache(maxsize=1024)  # a sweep asks for every class at every run
-def _users_own(file: Path) -> Path | None:
-    """Return a user's file, resolved; None for one of a library."""
-    path = file.resolve()
-    return path if is_users(str(path)) else None
+def _resolved(file: Path) -> Path:
+    return file.resolve()
 
 
 def shown_class(where: str, folder: Path) -> str:
@@ -112,7 +109,7 @@ def manifest(
         describe(lab.plans, agents, lab.dt),
         seed=lab.seed,
         numerics=numerics(agents.values(), native=native or lab.native),
-        agents=by_kind((p.kind, _table(p, agents[p.key], lab)) for p in plans),
+        agents=grouped((p.kind, _table(p, agents[p.key], lab)) for p in plans),
         worlds=surroundings.worlds(agents),
         dt=lab.dt,
         pace=pace,
@@ -147,8 +144,7 @@ def describe(
         # The place of a real robot is unknown before the run.
         if isinstance(agent, Robot) and agent.lockstep:
             state, places = agent.state, {}
-            pairs = zip(state.schema.paths, state.schema.fields, strict=True)
-            for path, field in pairs:
+            for path, field in state.schema.rows():
                 if field.dtype == "float" and not field.shape:
                     places[heading(f"state/{path}", field.unit)] = float(state[path])
             start = time_of(plans[key].since - 1, dt)

@@ -25,11 +25,12 @@ class Run:
 
     Hosts in the terms that `hosts` does not start join from other machines.
     out: the folder of the outputs' files.  offers: the agents that machines bring.
-    result: known when it is over.
+    clock: makes the ticks, once it goes on.  result: known when it is over.
     beside: the run's name. With it, the run uses a fabric of its own if that of its
     team has a clock already; "" for never.
     """
 
+    clock: Clock
     result: Result
 
     def __init__(
@@ -44,20 +45,13 @@ class Run:
     ):
         self.fabric, self.terms, self.hosts = fabric, terms, hosts
         self.out, self._offers, self._beside = out, offers, beside
-        self._clock: Clock | None = None
         self._ending = False
 
-    def go(self) -> Result:
-        """Make all ticks. Raises AgentError, after ending everything."""
-        with self.going() as clock:
-            clock.run(self.terms.ticks)
-        return self.result
-
     @contextmanager
-    def going(self) -> Iterator[Clock]:
+    def going(self) -> Iterator[None]:
         """Start the hosts, and end them after the block, which makes the ticks.
 
-        `result` is known then. Raises AgentError, after ending everything.
+        Raises AgentError, after ending everything.
         """
         with listening(self._report):
             terms, show = self.terms, self.hosts.show
@@ -69,7 +63,7 @@ class Run:
             session, note = self._session()
             self.hosts.reports = Reports(session)
             try:
-                clock = self._clock = Clock(
+                clock = self.clock = Clock(
                     session,
                     terms,
                     look=self._look,
@@ -80,7 +74,7 @@ class Run:
                 show.begin(clock, terms.ticks, session.link.endpoint)
                 try:
                     with self._members(clock, session.link):
-                        yield clock
+                        yield
                 except BaseException as error:
                     note_end(error, clock.done, clock.dt, self.out)
                     raise
@@ -155,7 +149,7 @@ class Run:
         return session.on(own)
 
     def _report(self, event: Event) -> None:
-        tick = self._clock.tick.n if self._clock else 0
+        tick = self.clock.tick.n if hasattr(self, "clock") else 0
         event = replace(event, agent=event.agent or "clock", tick=event.tick or tick)
         self.hosts.say("clock", event)
 

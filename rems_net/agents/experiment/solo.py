@@ -1,10 +1,11 @@
 """Solo: a whole experiment in this process, stepped by its caller."""
 
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Mapping, MutableMapping
 from functools import cache
 from math import inf
+from pathlib import Path
 from threading import get_ident
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 from rems_net.agents.about.mistakes import sum_up
 from rems_net.agents.about.wiring import Entry
@@ -12,6 +13,8 @@ from rems_net.agents.agent import Agent, Output
 from rems_net.agents.background.overdue import naming_overdue
 from rems_net.agents.diagnosis import failure
 from rems_net.agents.experiment.checking.settings import check_seed
+from rems_net.agents.experiment.lineup import Lineup
+from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verbs_of
@@ -24,18 +27,6 @@ from rems_net.events import warn
 from rems_net.maths.numerics import describe
 
 
-class Member(NamedTuple):
-    """An agent of an experiment, the sources of its Ins, and its first tick.
-
-    again: calls from outside that are repeated.
-    """
-
-    agent: Agent
-    sources: Mapping[str, str]
-    since: int
-    again: Sequence[Sequence[Any]] = ()
-
-
 class Solo:
     """Steps a whole experiment in this process: no network, no other process.
 
@@ -46,22 +37,15 @@ class Solo:
     The values are those of `lab.run()`, to the last bit; with a physics engine, only in
     a process that was started pinned, as `rems` starts its own (else it warns).
 
-    build: makes the members for a seed, prepared.  dt: seconds of a tick.  ticks:
-    number after which `run()` ends; None for no end.  members: those for this seed, if
-    they are made already: the first `open()` takes them.
+    out: folder of the outputs' files; None leaves the outputs out.  ticks: number
+    after which `run()` ends; None for no end.
     """
 
-    def __init__(
-        self,
-        build: Callable[[int], Sequence[Member]],
-        dt: float,
-        ticks: int | None = None,
-        *,
-        seed: int = 0,
-        members: Sequence[Member] = (),
-    ):
-        self.dt, self.ticks, self.seed = dt, ticks, seed
-        self._build, self._first = build, members
+    def __init__(self, lab: Lineup, out: Path | None, ticks: int | None = None):
+        self.dt, self.ticks, self.seed = lab.dt, ticks, lab.seed
+        self._lab, self._out = lab, out
+        #: agents that are built and not open yet, with their plans
+        self._built: list[tuple[Agent, Plan]] = []
         #: the newest tick that was done; 0 before the first
         self.n = 0
         #: files that the outputs have made; known after `close`
@@ -86,24 +70,42 @@ class Solo:
         """All agents, by key, to be read."""
         return self._here().agents
 
+    def build(self) -> dict[str, Agent]:
+        """Build and check every agent for the next `open`. Raises ExperimentError."""
+        plans = self._lab.plans
+        for plan in plans.values():
+            plan.out = self._out or Path()
+        agents = self._lab.check(self.seed)
+        self._built = [
+            (agents[key], plan)
+            for key, plan in plans.items()
+            if self._out is not None or plan.kind != "output"
+        ]
+        return agents
+
     def open(self) -> Self:
         """Build every agent and let it acquire its devices and files. Returns self."""
         if self._engine is not None:
             raise ExperimentError(
                 "this engine is open already; close() it first. (R0434)"
             )
-        members, engine = self._first or self._build(self.seed), Engine()
-        self._first = ()
-        for agent, sources, _, again in members:
+        if not self._built:
+            self.build()
+        engine, self._entries = Engine(), []
+        needs: set[str] = set()
+        for agent, plan in self._built:
             if isinstance(agent, Output):  # an engine has nobody to leave behind
                 runtime(agent).in_step = True
-            engine.add(agent, sources, again)
+            engine.add(agent, plan.sources, plan.again)
+            reads = [*plan.sources.values()]
+            self._entries.append(Entry.of(agent, reads, plan.since))
+            needs |= {*agent.needs}
+        self._built = []
         for inlet in engine.inlets:
             if inlet.source is None and inlet.schema is not None:
                 inlet.sources = [Given(inlet, engine.given, engine.visits)]
-        self._entries = [Entry.of(a, [*s.values()], n) for a, s, n, _ in members]
         self._joins = {1, *(entry.since for entry in self._entries)}
-        warn_of_numerics(*sorted({lib for m in members for lib in m.agent.needs}))
+        warn_of_numerics(*sorted(needs))
         self.n, self._within, self.files = 0, False, []
         self._engine, self._thread = engine, get_ident()
         try:
@@ -136,7 +138,7 @@ class Solo:
         """
         seed = self.seed if seed is None else check_seed(seed)
         self.close()
-        self.seed, self._first = seed, ()
+        self.seed, self._built = seed, []
         return self.open()
 
     def __enter__(self) -> Self:

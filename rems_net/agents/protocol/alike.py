@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import rems_net
 from rems_net.agents.protocol.limits import NAME
-from rems_net.agents.protocol.shapes import items, text, wrong
+from rems_net.agents.protocol.shapes import pair, text, wrong
 from rems_net.defdict import Field, Schema
 from rems_net.errors import ExperimentError, FabricError, WireError
 from rems_net.events import info
@@ -29,13 +29,11 @@ def pack_version() -> bytes:
 
 def read_version(payload: bytes) -> tuple[str, str]:
     """Read a machine and its version. Raises WireError."""
-    words = items(read(payload), "a version", 2)
-    if len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected [machine, version]. (R0621)")
-    version = text(words[1], "its version", 40)
+    name, there = pair(read(payload), "it", "[machine, version]")
+    version = text(there, "its version", 40)
     if not _VERSION.fullmatch(version):
         raise wrong("its version", version, "a version, such as '0.1.0'")
-    return text(words[0], "its machine", NAME), version
+    return text(name, "its machine", NAME), version
 
 
 def laptop() -> str:

@@ -19,11 +19,11 @@ from rems_net.agents.protocol.plan import (
     class_names,
     class_words,
     each,
+    grouped,
     host_of,
     slots_of,
 )
 from rems_net.agents.verbs import CALLED
-from rems_net.errors import WireError
 from rems_net.router.message import LAST_TICK, pack, read
 
 #: Endings of files that may travel: data, nothing that a system would run.
@@ -82,10 +82,7 @@ class Offer(NamedTuple):
 
     def hosts(self) -> dict[str, list[tuple[str, Table]]]:
         """Return kind and table of all agents, by their host."""
-        found: dict[str, list[tuple[str, Table]]] = {}
-        for kind, one in each(self.agents):
-            found.setdefault(host_of(kind, one), []).append((kind, one))
-        return found
+        return grouped((host_of(*one), one) for one in each(self.agents))
 
 
 def read_offer(payload: bytes) -> Offer:
@@ -107,12 +104,13 @@ def read_offer(payload: bytes) -> Offer:
                 raise shapes.wrong(port, schema, f"at most {limits.SCHEMA} bytes")
     files = {
         file_name(file, DATA + MODELS): File(
-            shapes.whole(_pair(about)[0], f"the size of {file}", 0, limits.FILE_BYTES),
-            file_digest(about[1]),
+            shapes.whole(size, f"the size of {file}", 0, limits.FILE_BYTES),
+            file_digest(digest),
         )
         for file, about in shapes.table(
             plain["files"], "its files", limits.SENT
         ).items()
+        for size, digest in (shapes.pair(about, "a file", "a size and a digest"),)
     }
     if sum(file.size for file in files.values()) > limits.FILE_BYTES:
         raise shapes.wrong(
@@ -150,12 +148,6 @@ def _check_apart(names: Collection[str]) -> None:
     folders = {folder.as_posix() for one in same for folder in PurePath(one).parents}
     if len(same) < len(names) or same & folders:
         raise shapes.wrong("its files", sorted(names), "names that differ in letters")
-
-
-def _pair(value: Any) -> list[Any]:
-    if len(shapes.items(value, "a file", 2)) < 2:
-        raise shapes.wrong("a file", value, "a size and a digest")
-    return list(value)
 
 
 def _check_plan(kind: str, plan: Any) -> None:
@@ -236,10 +228,8 @@ class Caller(NamedTuple):
 
 def read_caller(payload: bytes) -> Caller:
     """Read a caller. Raises WireError for anything else."""
-    words = shapes.items(read(payload), "who asks", 2)
-    if len(words) != 2:
-        raise WireError(f"it is {words!r:.80}; expected [laptop, trouble]. (R0621)")
+    laptop, trouble = shapes.pair(read(payload), "it", "[laptop, trouble]")
     return Caller(
-        shapes.text(words[0], "its machine", limits.NAME),
-        shapes.shown(words[1], "its trouble", limits.CAUSE),
+        shapes.text(laptop, "its machine", limits.NAME),
+        shapes.shown(trouble, "its trouble", limits.CAUSE),
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rems_net.agents import parts, registry
 from rems_net.agents.agent import PHASES, Agent
@@ -20,6 +20,8 @@ from rems_net.agents.tick import time_of
 from rems_net.agents.verbs import CALLED, plain
 from rems_net.agents.world import GHOSTS
 from rems_net.defdict import DefDict, Schema
+
+T = TypeVar("T")
 
 #: kinds of the two classes of a robot
 ROBOT = ("definition", "driver")
@@ -221,11 +223,11 @@ def each(tables: Tables) -> Iterator[tuple[str, Table]]:
             yield kind, one
 
 
-def by_kind(written: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, list[Any]]:
-    """Return tables by the kind of their agent."""
-    found: dict[str, list[Any]] = {}
-    for kind, one in written:
-        found.setdefault(kind, []).append(one)
+def grouped(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
+    """Return the values by their key: tables by the kind of their agent."""
+    found: dict[str, list[T]] = {}
+    for key, one in pairs:
+        found.setdefault(key, []).append(one)
     return found
 
 
@@ -262,7 +264,7 @@ def written(
     """Return, as plain data, all that another process needs to build these agents."""
     tables = ((p.kind, p.table(agents[p.key], dt, reference)) for p in plans)
     return {
-        "agents": by_kind(tables),
+        "agents": grouped(tables),
         "taken": taken(plans, agents),
         "dt": dt,
         "seed": plans[0].seed,

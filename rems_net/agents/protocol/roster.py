@@ -13,16 +13,7 @@ from rems_net.router.message import BADGES, MOST, pack, read
 
 def entry_to_plain(entry: Entry) -> dict[str, Any]:
     """Return an entry as plain data."""
-    return {
-        "key": entry.key,
-        "host": entry.host,
-        "outs": dict(entry.outs),
-        "reads": list(entry.reads),
-        "every": entry.every,
-        "lockstep": entry.lockstep,
-        "since": entry.since,
-        "badge": entry.badge,
-    }
+    return {word: getattr(entry, word) for word in Entry.__slots__}
 
 
 def entry_from_plain(plain: Any) -> Entry:

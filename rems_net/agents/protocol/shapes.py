@@ -62,6 +62,13 @@ def items(value: Any, what: str, longest: int) -> list[Any]:
     return value
 
 
+def pair(value: Any, what: str, expected: str) -> list[Any]:
+    """Return a list of two items. expected: what they are."""
+    if type(value) is not list or len(value) != 2:
+        raise wrong(what, value, expected)
+    return value
+
+
 def table(value: Any, what: str, longest: int) -> dict[str, Any]:
     """Return a map of text to values, with at most `longest` entries."""
     if (

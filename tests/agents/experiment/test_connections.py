@@ -80,7 +80,7 @@ def test_a_glob_on_an_in_with_a_schema_names_one_port() -> None:
         linked.check()
     assert uncoded(caught.value) == (
         "process 'dog': its In 'leader' has a schema, so it reads one port, and "
-        "'robot/*/state' matches 2: robot/a/state and robot/b/state. Name one of them, "
+        "'robot/*/state' matches 2: robot/a/state, robot/b/state. Name one of them, "
         "or leave the schema out: In() takes all that match."
     )
     for name in ("c", "d", "e"):
@@ -91,7 +91,7 @@ def test_a_glob_on_an_in_with_a_schema_names_one_port() -> None:
         linked.check()
     assert str(caught.value) == (
         "robot 'f': its In 'command' has a schema, so it reads one port, and 'input/*' "
-        "matches 3: input/c/value, input/d/value and input/e/value. Name one of them."
+        "matches 3: input/c/value, input/d/value, input/e/value. Name one of them."
         " (R0419)"
     )
 

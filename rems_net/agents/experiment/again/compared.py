@@ -2,20 +2,21 @@
 
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from rems_net.agents.agent import PHASES, Agent
+from rems_net.agents.agent import PHASES
 from rems_net.agents.experiment.again.rebuilt import Rebuilt
 from rems_net.agents.experiment.direct import check_direct
+from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.show import Show
-from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.experiment.solo import Solo
 from rems_net.agents.ports import Messages
-from rems_net.agents.protocol.plan import Plan
+from rems_net.agents.protocol.plan import Plan, grouped
 from rems_net.agents.tick import Tick
 from rems_net.defdict import cdr
 from rems_net.recordings.comparison import Pair, Trajectory, compare as compared
@@ -80,14 +81,8 @@ class Compared:
 
     def by_agent(self) -> list[tuple[str, list[Difference]]]:
         """Return agents with their differences, in the order in which they begin."""
-        firsts: dict[str, tuple[int, int, str]] = {}
-        for one in sorted(self.found.values(), key=lambda one: one.order):
-            firsts.setdefault(one.agent, one.order)
-        ordered = sorted(
-            self.found.values(), key=lambda one: (firsts[one.agent], one.order)
-        )
-        groups = groupby(ordered, key=lambda one: one.agent)
-        return [(agent, [*some]) for agent, some in groups]
+        ordered = sorted(self.found.values(), key=lambda one: one.order)
+        return [*grouped((one.agent, one) for one in ordered).items()]
 
 
 class Comparison:
@@ -105,12 +100,16 @@ class Comparison:
         self._recorded = file.ticks()
         self._next = next(self._recorded, None)
 
-    def add(self, n: int, messages: Mapping[str, bytes]) -> None:
-        """Compare the messages of tick n."""
+    def _until(self, n: float) -> None:
+        """Compare the recorded messages before tick n, which were not recomputed."""
         while self._next is not None and self._next[0] < n:
             self._compare(*self._next, {})
             self._next = next(self._recorded, None)
-        recorded: dict[str, bytes] = {}
+
+    def add(self, n: int, messages: Mapping[str, bytes]) -> None:
+        """Compare the messages of tick n."""
+        self._until(n)
+        recorded: Mapping[str, bytes] = {}
         if self._next is not None and self._next[0] == n:
             recorded = self._next[1]
             self._next = next(self._recorded, None)
@@ -118,9 +117,7 @@ class Comparison:
 
     def end(self) -> Compared:
         """Compare what is left in the file."""
-        while self._next is not None:
-            self._compare(*self._next, {})
-            self._next = next(self._recorded, None)
+        self._until(inf)
         for key, rows in self._poses.items():
             time, *poses = np.array(rows).T
             both = Trajectory("recorded", time, *poses[:3]), Trajectory(
@@ -203,51 +200,31 @@ def compare(rebuilt: Rebuilt, *, fabric: bool = False) -> Compared:
     stepped in this process. Raises ExperimentError for what cannot be done, AgentError
     for an agent that fails.
     """
-    agents = rebuilt.check()
+    agents, lab, recorder = rebuilt.check(), rebuilt.lab, rebuilt.recorder
     comparison = Comparison(rebuilt.file, rebuilt.played)
-    if fabric:
-        _run(rebuilt, comparison)
-    else:
-        _step(rebuilt, agents, comparison)
+    if not fabric:
+        check_direct(lab.plans, agents)
+        recorder = _comparing(recorder, comparison)
+    lab.plans[recorder.key] = recorder
+    try:
+        if fabric:
+            _run(lab, comparison)
+        else:
+            with Solo(lab, Path(), rebuilt.last) as engine:
+                engine.run()
+    finally:
+        del lab.plans[recorder.key]
     result = comparison.end()
     result.agents = dict(_verdicts(rebuilt, agents))
     return result
 
 
-def _run(rebuilt: Rebuilt, comparison: Comparison) -> None:
+def _run(lab: Experiment, comparison: Comparison) -> None:
     """Run it on a fabric, and compare its recording."""
-    lab, recorder = rebuilt.lab, rebuilt.recorder
     with TemporaryDirectory() as folder:
-        lab.plans[recorder.key] = recorder
-        try:
-            lab.run(Path(folder) / "again", show=Show())
-        finally:
-            del lab.plans[recorder.key]
+        lab.run(Path(folder) / "again", show=Show())
         for n, messages in McapFile(Path(folder) / "again" / FILE).ticks():
             comparison.add(n, messages)
-
-
-def _step(
-    rebuilt: Rebuilt, agents: Mapping[str, Agent], comparison: Comparison
-) -> None:
-    """Step it in this process."""
-    check_direct(rebuilt.lab.plans, agents)
-    recorder = _recorder(rebuilt, comparison)
-
-    def build(seed: int) -> list[Member]:
-        made = rebuilt.lab.check(seed)
-        plans = rebuilt.lab.plans
-        members = [
-            Member(made[k], p.sources, p.since, p.again) for k, p in plans.items()
-        ]
-        recording = recorder.build()
-        recording.prepare()
-        return [*members, Member(recording, recorder.sources, recorder.since)]
-
-    ticks = rebuilt.last
-    with Solo(build, rebuilt.lab.dt, ticks, seed=rebuilt.lab.seed) as engine:
-        if ticks:
-            engine.run()
 
 
 def _verdicts(rebuilt: Rebuilt, agents: Iterable[str]) -> Iterator[tuple[str, str]]:
@@ -259,8 +236,8 @@ def _verdicts(rebuilt: Rebuilt, agents: Iterable[str]) -> Iterator[tuple[str, st
             yield key, "recomputed" if key in recorded else "not recorded"
 
 
-def _recorder(rebuilt: Rebuilt, comparison: Comparison) -> Plan:
-    """Return the plan of an output that has the Ins of the recorder, and compares."""
+def _comparing(recorder: Plan, comparison: Comparison) -> Plan:
+    """Return the plan of an output that has the Ins of a recorder, and compares."""
 
     def write(self: Any, tick: Tick) -> None:
         messages: dict[str, bytes] = {}
@@ -274,6 +251,6 @@ def _recorder(rebuilt: Rebuilt, comparison: Comparison) -> Plan:
     def nothing(self: Any) -> list[Any]:
         return []
 
-    plan = rebuilt.recorder
     slots = {"write": write, "open": nothing, "close": nothing, "made": nothing}
-    return replace(plan, classes=[type("Recomputed", (plan.classes[0],), slots)])
+    cls = type("Recomputed", (recorder.classes[0],), slots)
+    return replace(recorder, classes=[cls])

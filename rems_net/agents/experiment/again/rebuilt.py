@@ -17,7 +17,7 @@ from rems_net.agents.experiment.again.changed import (
 )
 from rems_net.agents.experiment.again.replayed import haunt, nested, played
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.protocol.plan import Plan, class_names, each
+from rems_net.agents.protocol.plan import Plan, class_names, each, usual_sources
 from rems_net.agents.verbs import CALLED, CALLS, verb_names
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.manifest import Manifest, read_manifest
@@ -195,7 +195,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
         )
     lab = Experiment(told.experiment, dt=told.dt, seed=told.seed, folder=folder)
     mcap = registry.load(registry.BUILT_IN["output"]["mcap"], folder)
-    made = Rebuilt(file, told, lab, Plan("output", "recorder", [mcap]))
+    recorder = Plan("output", "recorder", [mcap], sources=usual_sources(mcap))
+    made = Rebuilt(file, told, lab, recorder)
     lab.duration = made.last * told.dt
     for kind, table in each(told.agents):
         plan = _plan(kind, table, lab)

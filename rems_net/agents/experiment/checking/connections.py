@@ -4,18 +4,21 @@ Commands of an input that are known beforehand are checked against their reader,
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from rems_net.agents.about.wiring import Entry, Written, resolve
 from rems_net.agents.agent import Agent, Input
 from rems_net.agents.experiment.checking.settings import origin
-from rems_net.agents.protocol.plan import Plan
 from rems_net.agents.robot import takes_commands
 from rems_net.agents.rules import Rules, connect, shared
 from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import Verbs
-from rems_net.defdict import Schema
-from rems_net.errors import ExperimentError, RemsError, nearest, uncoded
+from rems_net.defdict import Converter, Schema
+from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
+
+#: a port that is read, the key of the In, the conversion of its values, and the rules
+#: for that
+Link = tuple[Written, str, Converter, Rules]
 
 #: Number of lines, or ranges of lines, that are named.
 NAMED = 6
@@ -31,16 +34,17 @@ def check_connections(
     sources: Mapping[str, str],
     entries: Mapping[str, Entry],
     agents: Mapping[str, Agent],
-) -> None:
+) -> list[Link]:
     """Find the sources of every In of `agent`, and settle or convert its schema.
 
     sources: by In, its source. Raises ExperimentError or ConversionError.
     """
-    own = agent.schemas()
+    links: list[Link] = []
+    own, rules = agent.schemas(), runtime(agent).rules
     for port, reads in agent.ins().items():
-        several = {of: one for of, one in sources.items() if of.startswith(f"{port}/")}
+        several = [one for of, one in sources.items() if of.startswith(f"{port}/")]
         if several:
-            _check_shares(agent, several, entries, agents)
+            links += _check_shares(agent, port, several, entries, agents)
             continue
         source = sources.get(port)
         if source is None:
@@ -53,35 +57,40 @@ def check_connections(
         many = "*" in source
         found = resolve(source, entries, f"{agent.key}.{port}", agent.key)
         if port not in own:
-            if not many:  # it has one source, and so its schema
-                agent.settle(port, _schema(found[0], agents))
-            continue
+            if many:
+                continue
+            own[port] = _schema(found[0], agents)  # it has one source
+            agent.settle(port, own[port])
         if len(found) > 1:
+            keys = [one.key for one in found]
             instead = ", or leave the schema out: In() takes all that match"
             raise ExperimentError(
                 f"its In {port!r} has a schema, so it reads one port, and {source!r} "
-                f"matches {len(found)}: {_named(found)}. Name one of them"
+                f"matches {len(found)}: {some(keys, 4)}. Name one of them"
                 f"{'' if agent.kind == 'robot' else instead}. (R0419)"
             )
         for one in found:
             theirs, reader = _schema(one, agents), f"{agent.key}/{port}"
-            connect(theirs, own[port], runtime(agent).rules, one.key, reader)
+            convert = connect(theirs, own[port], rules, one.key, reader)
+            links.append((one, reader, convert, rules))
+    return links
 
 
 def _check_shares(
     agent: Agent,
-    sources: Mapping[str, str],
+    port: str,
+    sources: Sequence[str],
     entries: Mapping[str, Entry],
     agents: Mapping[str, Agent],
-) -> None:
+) -> list[Link]:
     """Refuse writers of one command that share a field, or write none of its fields."""
+    links: list[Link] = []
     giver: dict[str, str] = {}
-    for port, source in sources.items():
-        own = agent.schemas()[port.partition("/")[0]]
-        reader = f"{agent.key}/{port.partition('/')[0]}"
+    own, rules = agent.schemas()[port], runtime(agent).rules
+    reader = f"{agent.key}/{port}"
+    for source in sources:
         (one,) = resolve(source, entries, reader, agent.key)
         theirs = _schema(one, agents)
-        rules = runtime(agent).rules
         part = shared(own, theirs, rules, reader, one.key)
         for path in part.paths:
             if path in giver:
@@ -91,9 +100,9 @@ def _check_shares(
                     "a process choose. (R0420)"
                 )
             giver[path] = one.key
-        connect(theirs, part, rules, one.key, reader)
-    for source in sources.values():  # a slip would leave its field safe for ever
-        (one,) = resolve(source, entries, reader, agent.key)
+        convert = connect(theirs, part, rules, one.key, reader)
+        links.append((one, reader, convert, rules))
+    for one, *_ in links:  # a slip would leave its field safe for ever
         for path in {*_schema(one, agents).paths} - {*own.paths}:
             # Other digits are another joint, and no slip.
             free = [
@@ -106,6 +115,7 @@ def _check_shares(
                     f"{one.key} writes {path!r}, which {reader} does not have.{hint}"
                     " (R0421)"
                 )
+    return links
 
 
 def _letters(path: str) -> str:
@@ -146,13 +156,6 @@ def _schema(source: Written, agents: Mapping[str, Agent]) -> Schema:
     return agents[source.entry.key].schemas()[source.port]
 
 
-def _named(found: Sequence[Written]) -> str:
-    keys = [one.key for one in found]
-    if len(keys) > 4:
-        return f"{', '.join(keys[:3])} and {len(keys) - 3} more"
-    return f"{', '.join(keys[:-1])} and {keys[-1]}"
-
-
 def check_hands(agents: Mapping[str, Agent]) -> None:
     """Refuse inputs that people move, in a run as fast as it can be."""
     for key, agent in agents.items():
@@ -163,45 +166,28 @@ def check_hands(agents: Mapping[str, Agent]) -> None:
             )
 
 
-def check_foreseen(
-    plans: Mapping[str, Plan], entries: Mapping[str, Entry], agents: Mapping[str, Agent]
-) -> None:
-    """Refuse input values that their reader would drop. All Ins are connected.
+def check_foreseen(links: Iterable[Link], agents: Mapping[str, Agent]) -> None:
+    """Refuse input values that their reader would drop.
 
     Raises ExperimentError with the lines of the input's file.
     """
     done: set[tuple[str, str, Rules]] = set()
-    for key, agent in agents.items():
-        own = agent.schemas()
-        for port, source in plans[key].sources.items():
-            of = port.partition("/")[0]
-            if of not in own:
-                continue
-            for found in resolve(source, entries, f"{key}.{port}"):
-                writer, wanted = agents[found.entry.key], own[of]
-                if of != port:
-                    theirs, rules = _schema(found, agents), runtime(agent).rules
-                    wanted = shared(wanted, theirs, rules, of, found.key)
-                # A swarm has one schema, and its rows are checked once.
-                known = (writer.key, wanted.digest, runtime(agent).rules)
-                if isinstance(writer, Input) and known not in done:
-                    done.add(known)
-                    written = writer.schemas()[found.port]
-                    with origin(f"input {writer.name!r}"):
-                        rules = runtime(agent).rules
-                        _check(writer, written, wanted, rules, f"{key}/{of}")
+    for one, reader, convert, rules in links:
+        writer = agents[one.entry.key]
+        # A swarm has one schema, and its rows are checked once.
+        known = (one.key, convert.target.digest, rules)
+        if isinstance(writer, Input) and known not in done:
+            done.add(known)
+            with origin(f"input {writer.name!r}"):
+                _check(writer, reader, convert)
 
 
-def _check(
-    writer: Input, written: Schema, wanted: Schema, rules: Rules, reader: str
-) -> None:
-    convert = None
+def _check(writer: Input, reader: str, convert: Converter) -> None:
     wrong: list[int] = []
     first: RemsError | None = None
     for line, values in writer.foreseen():
-        convert = convert or connect(written, wanted, rules, "", reader)
         try:
-            convert(written(values))
+            convert(values)
         except RemsError as error:
             first = first or error
             wrong.append(line)

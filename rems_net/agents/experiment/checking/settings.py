@@ -81,10 +81,9 @@ def check_pace(value: object) -> float:
     except ValueError:
         number = -1.0
     if isinstance(value, bool) or not 0 < number < 1e6:
-        hint = nearest(value, ["fast"]) if isinstance(value, str) else ""
         raise ExperimentError(
             f'pace is {value!r}; expected "fast" or a real-time factor above 0, '
-            f"such as 1.0.{hint} (R0408)"
+            f"such as 1.0.{nearest(value, ['fast'])} (R0408)"
         )
     return number
 
@@ -93,8 +92,8 @@ def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:
     """Return `value` if it is one of the choices."""
     if isinstance(value, str) and value in choices:
         return value
-    hint = nearest(value, choices) if isinstance(value, str) else ""
     expected = " or ".join(f'"{c}"' for c in choices)
+    hint = nearest(value, choices)
     raise ExperimentError(f"{what} is {value!r}; expected {expected}.{hint} (R0408)")
 
 

@@ -9,9 +9,8 @@ from typing import Any
 
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
-from rems_net.agents.experiment.direct import members
 from rems_net.agents.experiment.lineup import Lineup
-from rems_net.agents.experiment.solo import Member, Solo
+from rems_net.agents.experiment.solo import Solo
 from rems_net.agents.robot import Driver
 from rems_net.errors import AgentError, ExperimentError
 
@@ -32,7 +31,7 @@ def try_first_ticks(lineup: Lineup, agents: Mapping[str, Agent]) -> dict[str, st
     while True:
         try:
             with Harmless() as harmless:
-                late = _step(_with_still(lineup, away, harmless.folder))
+                late = _step(_with_still(lineup, away), harmless.folder)
         except AgentError as error:
             new = harmless.refused.keys() - away.keys()
             if not new or (error.agent in agents and error.agent not in new):
@@ -52,7 +51,7 @@ def _elsewhere(agent: Agent) -> str:
     return ""
 
 
-def _with_still(lineup: Lineup, away: Mapping[str, str], folder: Path) -> Lineup:
+def _with_still(lineup: Lineup, away: Mapping[str, str]) -> Lineup:
     """Return the experiment with stand-ins, which do nothing, for these agents."""
     made = copy(lineup)
     made.plans = {}
@@ -60,7 +59,7 @@ def _with_still(lineup: Lineup, away: Mapping[str, str], folder: Path) -> Lineup
         classes = [*plan.classes]
         if key in away:
             classes[-1] = type(classes[-1].__name__, (_Still, classes[-1]), _AS_MODULE)
-        made.plans[key] = replace(plan, classes=classes, out=folder)
+        made.plans[key] = replace(plan, classes=classes)
     return made
 
 
@@ -91,15 +90,11 @@ class _Still(Agent):
 _AS_MODULE = {"__module__": __name__}
 
 
-def _step(lineup: Lineup) -> list[str]:
+def _step(lineup: Lineup, folder: Path) -> list[str]:
     """Do the first ticks, in `MOST` seconds; return the agents that did not step."""
-
-    def build(seed: int) -> list[Member]:
-        return members(lineup, seed, outputs=True)
-
     over = Event()
     timer = Timer(MOST, over.set)
-    with Solo(build, lineup.dt, seed=lineup.seed) as engine:
+    with Solo(lineup, folder) as engine:
         plans = lineup.plans.values()
         firsts = [-(-plan.since // plan.every) * plan.every for plan in plans]
         last = max(firsts) + max(plan.every for plan in plans)

@@ -59,7 +59,7 @@ class Hosts:
         self.reports: Reports | None = None
         #: the last STOP that was shown
         self._stop = ""
-        self._failed: dict[str, str] = {}  # why a host on an open fabric has failed
+        self._failed: dict[str, str] = {}  # why, by host, as its process reported it
 
     def start(
         self,
@@ -208,9 +208,10 @@ class Hosts:
     def say(self, source: str, event: Event) -> None:
         """Pass on the reports of a process, one event at a time."""
         with self._lock:
-            if event.kind == "failed" and self._specs[source]["free"]:
-                self._failed[source] = event.text  # shown once, by wait()
-                return
+            if event.kind == "failed":
+                self._failed[source] = event.text
+                if self._specs[source]["free"]:  # shown once, by wait()
+                    return
             if event.kind == "stop":  # each process receives it
                 if event.text == self._stop:
                     return

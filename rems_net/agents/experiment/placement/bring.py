@@ -1,10 +1,9 @@
 """Bring: this machine starts agents of a run elsewhere, if its user agrees.
 
 Their classes are parts that are installed here, or are in files below this machine's
-own folder with the same digests as on the run's
-machine: code never travels (`code.py`). Files that the agents read come into a
-    temporary folder, in which they run; no other file is opened for them (`offered.py`,
-    `models.py`).
+own folder with the same digests as on the run's machine: code never travels
+(`sources.py`). Files that the agents read come into a temporary folder, in which they
+run; no other file is opened for them (`offered.py`, `models.py`).
 """
 
 import sys
@@ -34,13 +33,12 @@ from rems_net.agents.protocol.alike import check_version
 from rems_net.agents.protocol.placement import Offer
 from rems_net.agents.protocol.plan import (
     Plan,
-    by_kind,
     class_names,
     class_words,
     each,
+    grouped,
 )
-from rems_net.errors import AgentError, RemsError
-from rems_net.events import Event
+from rems_net.errors import RemsError
 from rems_net.router.session import Session
 
 #: Number of lines of agents, of files and of addresses that are shown.
@@ -67,23 +65,6 @@ class Brought(Hosts):
         }
         super().__init__(plans, {}, show, offer.dt, native=offer.native)
         self._offer, self._here, self._data, self._out = offer, here, data, out
-        #: the text of the last event of each host
-        self._last: dict[str, str] = {}
-
-    def say(self, source: str, event: Event) -> None:
-        """Pass on an event of a process, and keep it: it may be why it ended."""
-        self._last[source] = event.text
-        super().say(source, event)
-
-    def wait(self) -> None:
-        """Wait until every process has ended. Raises AgentError with its last text."""
-        try:
-            super().wait()
-        except AgentError as error:
-            # Its last message may still be on its way.
-            self.processes[error.agent].end()
-            said = self._last.get(error.agent, "").removeprefix(f"{error.agent}: ")
-            raise AgentError(error.agent, said or error.cause) from None
 
     def words(self, name: str) -> dict[str, Any]:
         """Return a host's plans, with the folders and classes of this machine."""
@@ -96,7 +77,7 @@ class Brought(Hosts):
         argv = [sys.argv[0], *offer.words]
         return {
             "argv": [word.encode(errors="replace") for word in argv],
-            "agents": by_kind(found),
+            "agents": grouped(found),
             "taken": offer.taken,
             "values": [],
             "dt": offer.dt,

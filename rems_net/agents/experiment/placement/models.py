@@ -7,6 +7,7 @@ itself. So each such name must stay in the folder of the received files.
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import PurePosixPath
+from posixpath import normpath
 from xml.etree import ElementTree
 
 from rems_net.agents.experiment.placement.offered import leads_out
@@ -74,8 +75,4 @@ def _of_package(one: str, model: str, files: Mapping[str, bytes]) -> bool:
 
 def _up(name: str) -> int:
     """Return how many folders a relative name goes up, at its highest."""
-    at = highest = 0
-    for part in name.split("/"):
-        at += -1 if part == ".." else part not in ("", ".")
-        highest = min(highest, at)
-    return -highest
+    return normpath(name).split("/").count("..")

@@ -32,7 +32,7 @@ def carried(cls: type, folder: Path) -> tuple[str, Path | None]:
     """
     where, _, name = reference(cls).rpartition(":")
     file = Path(where) if where.endswith(".py") else file_of(where)
-    if file is None or not (where.endswith(".py") or is_users(str(file))):
+    if file is None:
         return f"{where}:{name}", None
     return f"{_below(file, folder, ('py',), cls.__name__)}:{name}", file
 
@@ -47,14 +47,9 @@ def code_of(file: Path, folder: Path) -> dict[str, str]:
         if shown not in found:
             source = path.read_bytes()
             found[shown] = source_digest(source)
-            left += [p for p in _imported(source) if p.is_relative_to(folder)]
+            files = [file.resolve() for file in map(file_of, _imports(source)) if file]
+            left += [path for path in files if path.is_relative_to(folder)]
     return found
-
-
-def _imported(source: bytes) -> Iterator[Path]:
-    for name in _imports(source):
-        if (path := file_of(name)) and is_users(str(path)):
-            yield path.resolve()
 
 
 @lru_cache(maxsize=64)
@@ -72,9 +67,9 @@ def _imports(source: bytes) -> tuple[str, ...]:
 
 
 def file_of(module: str) -> Path | None:
-    """Return the source of a module that is loaded; None if it has none."""
-    file = getattr(sys.modules.get(module), "__file__", None)
-    return Path(file) if file and file.endswith(".py") else None
+    """Return the source of a loaded module, if it is the user's own; else None."""
+    file = getattr(sys.modules.get(module), "__file__", None) or ""
+    return Path(file) if file.endswith(".py") and is_users(file) else None
 
 
 # -- data: it travels ----------------------------------------------------------------

@@ -2,8 +2,7 @@
 
 Code never travels. A file of this machine is used if it is below the user's folder, has
 the same digest as on the run's machine, and defines, by its text, an agent of rems_net.
-It is read for that, not
-imported: an import would run it.
+It is read for that, not imported: an import would run it.
 """
 
 import ast
@@ -81,27 +80,22 @@ def find_class(here: Path, one: str) -> str:
 
 def _is_agent(sources: dict[str, bytes], file: str, name: str, depth: int) -> bool:
     """Return whether a class of a file inherits from one of rems_net or of a part."""
+    if not depth:
+        return False
     try:
         body: list[ast.stmt] = ast.parse(sources[file]).body
     except (KeyError, SyntaxError, ValueError, RecursionError, MemoryError):
         return False
     imported = dict(_imports(body))
-    found: ast.ClassDef | None = None
+    bases: list[ast.expr] = []
     for chunk in name.split("."):
-        body = found.body if found else body
-        found = next((c for c in _classes(body) if c.name == chunk), None)
-        if found is None:
-            break
-    if found is None:
-        # The class is imported there, from another file of the user's.
-        return depth > 0 and _comes_from(sources, file, imported, name, depth)
-    return depth > 0 and any(
-        _is_agent(sources, file, word, depth - 1)
-        if any(c.name == word for c in _classes(ast.parse(sources[file]).body))
-        else _comes_from(sources, file, imported, word, depth)
-        for word in map(ast.unparse, found.bases)
-        if word != name
-    )
+        classes = (node for node in body if isinstance(node, ast.ClassDef))
+        found = next((one for one in classes if one.name == chunk), None)
+        if found is None:  # it is imported there, from another file of the user's
+            return _comes_from(sources, file, imported, name, depth)
+        body, bases = found.body, found.bases
+    words = map(ast.unparse, bases)
+    return any(_is_agent(sources, file, w, depth - 1) for w in words if w != name)
 
 
 def _comes_from(
@@ -135,7 +129,3 @@ def _imports(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             for alias in node.names:
                 yield alias.asname or alias.name, f"{node.module}.{alias.name}"
-
-
-def _classes(body: list[ast.stmt]) -> list[ast.ClassDef]:
-    return [node for node in body if isinstance(node, ast.ClassDef)]

@@ -2,11 +2,10 @@
 
 import inspect
 import json
-from collections.abc import Callable, Collection, Mapping
-from functools import lru_cache
+from collections.abc import Collection, Mapping
 
 from rems_net.agents.agent import Agent
-from rems_net.agents.diagnosis import check_call, written
+from rems_net.agents.diagnosis import check_call, takes, written
 from rems_net.agents.ports import Settings
 from rems_net.agents.protocol.plan import COMMON, Plan
 from rems_net.agents.robot import Robot
@@ -60,22 +59,13 @@ _INSTEAD = (
 
 def _check_constructor(cls: type[Agent], plan: Plan) -> None:
     """Refuse an __init__ that an agent cannot be built by."""
-    if not _takes_plan(cls.__init__, plan.kind == "robot"):
+    words = ["options", "folder", "out", "every"]
+    words += ["parameters", "initial"] if plan.kind == "robot" else []
+    if not takes(cls.__init__, 2, *words):
         own = inspect.signature(cls.__init__)
         raise SchemaError(
             f"{written(cls, '__init__')} is `def __init__{own}`; {_INSTEAD} (R0504)"
         )
-
-
-@lru_cache(maxsize=1024)
-def _takes_plan(init: Callable[..., None], robot: bool) -> bool:
-    words = ["options", "folder", "out", "every"]
-    words += ["parameters", "initial"] if robot else []
-    try:
-        inspect.signature(init).bind(None, "name", **dict.fromkeys(words))
-    except TypeError:
-        return False
-    return True
 
 
 def check_words(cls: type[Agent], words: Mapping[str, object]) -> None:
@@ -98,14 +88,11 @@ def check_nested(
     words: Mapping[str, object],
     declared: Mapping[str, type[Agent]],
     known: Collection[str] = (),
-    *,
-    toml: bool = False,
 ) -> None:
     """Refuse settings of a class beside the agent's name: they have a table.
 
     declared: by table, such as `options`, the class that declares it. known: the words
-    that do stand beside the name. toml: whether a file has them. Raises ExperimentError
-    with the table to write.
+    that do stand beside the name. Raises ExperimentError with the table to write.
     """
     for slot, cls in declared.items():
         settings = getattr(cls, slot, None)
@@ -116,24 +103,19 @@ def check_nested(
         if flat:
             raise ExperimentError(
                 f"{', '.join(flat)} {'belongs' if len(flat) == 1 else 'belong'} in the "
-                f"{slot} of {cls.__name__}; write {_table(slot, flat, toml)}. (R0407)"
+                f"{slot} of {cls.__name__}; write {slot}={{{_settings(flat)}}}. (R0407)"
             )
 
 
-def _table(slot: str, settings: Mapping[str, object], toml: bool) -> str:
-    """Return settings as their table is written, in Python or in TOML."""
-    pairs = {word: _value(value, toml) for word, value in settings.items()}
-    if toml:
-        inner = ", ".join(f"{word} = {value}" for word, value in pairs.items())
-        return f"{slot} = {{ {inner} }}"
-    inner = ", ".join(f'"{word}": {value}' for word, value in pairs.items())
-    return f"{slot}={{{inner}}}"
+def _settings(given: Mapping[str, object]) -> str:
+    """Return settings as they are written in a table."""
+    return ", ".join(f'"{word}": {_value(value)}' for word, value in given.items())
 
 
-def _value(value: object, toml: bool) -> str:
+def _value(value: object) -> str:
     if isinstance(value, str | bool | int | float):
-        in_json = isinstance(value, str) or (toml and isinstance(value, bool))
-        said = json.dumps(value, ensure_ascii=False) if in_json else repr(value)
+        is_text = isinstance(value, str)
+        said = json.dumps(value, ensure_ascii=False) if is_text else repr(value)
         if len(said) <= 60:
             return said
     return "..."

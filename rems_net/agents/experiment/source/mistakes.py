@@ -34,16 +34,13 @@ def check_class(plan: Plan, words: Collection[str] = ()) -> None:
     """
     cls = combine(*plan.classes) if len(plan.classes) == 2 else plan.classes[0]
     users = [b for b in cls.__mro__ if is_users(_file(b))]
-    _check_settings(cls, [b for b in cls.__mro__ if not _is_ours(b)])
+    theirs = [b for b in cls.__mro__ if b.__module__.partition(".")[0] != "rems_net"]
+    _check_settings(cls, theirs)
     if users:
         _check_names(cls)
         _check_directions(plan, cls, words)
         _check_calls(cls, users)
         _check_attributes(plan.kind, cls, users)
-
-
-def _is_ours(cls: type) -> bool:
-    return cls.__module__.partition(".")[0] == "rems_net"
 
 
 def _file(cls: type) -> str | None:
