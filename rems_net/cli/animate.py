@@ -4,8 +4,8 @@ import argparse
 from contextlib import closing
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, console, recording_of, show_path
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_like, add_run, console, recording_of
+from rems_net.errors import ExperimentError, shown
 
 EXAMPLES = """\
 examples:
@@ -57,5 +57,5 @@ def run(args: argparse.Namespace) -> int:
         raise ExperimentError(
             f"cannot write {path}: {error.strerror}. (R0905)"
         ) from None
-    print(f"film  {show_path(path)}")
+    print(f"film  {shown(path)}")
     return 0

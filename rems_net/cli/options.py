@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, shown
 from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def recording_of(args: argparse.Namespace) -> "Recording":
     recording = read(run_of(args), like=args.like)
     if not recording.files or [*recording]:
         return recording
-    where = show_path(recording.files[0])
+    where = shown(recording.files[0])
     if passed := recording.passed():
         which = ", ".join(f"{topic} ({why})" for topic, why in passed.items())
         raise ExperimentError(
@@ -174,21 +174,12 @@ def value_of(text: str) -> Any:
         return text
 
 
-def show_path(path: Path) -> str:
-    """Return a path relative to the working directory, if that is shorter."""
-    try:
-        return str(path.relative_to(Path.cwd()))
-    # it is elsewhere, or the working directory was deleted
-    except (ValueError, OSError):
-        return str(path)
-
-
 def show_files(files: Sequence[Path]) -> None:
     """Print the paths of a run's files."""
     from rems_net.recordings.names import natural
 
     for i, path in enumerate(sorted(files, key=natural)):
-        print(f"{'' if i else 'files':<9}{show_path(path)}")
+        print(f"{'' if i else 'files':<9}{shown(path)}")
     if not files:
         print("The outputs wrote no files.")
 

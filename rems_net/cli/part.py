@@ -18,8 +18,9 @@ from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.parts import Part
 from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names
-from rems_net.cli.options import MANY, plain_table, show_path, sum_up
+from rems_net.cli.options import MANY, plain_table, sum_up
 from rems_net.defdict import Field, Schema
+from rems_net.errors import shown
 from rems_net.libraries import no_wheels
 
 #: settings by kind of part: a definition has parameters of its own, a driver options
@@ -97,8 +98,8 @@ def _field(field: Field, default: object) -> dict[str, Any]:
         plain["range"] = list(field.range)
     if field.choices:
         plain["choices"] = list(field.choices)
-    shown = sum_up(default) if prod(field.shape) > MANY else default
-    return {**plain, "default": shown, "doc": field.doc}
+    brief = sum_up(default) if prod(field.shape) > MANY else default
+    return {**plain, "default": brief, "doc": field.doc}
 
 
 def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
@@ -190,7 +191,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
             table.add_row(f"  {call}", doc)
         out.print(table)
     if one["file"]:
-        out.print(f"\nsource  {show_path(Path(one['file']))}", soft_wrap=True)
+        out.print(f"\nsource  {shown(Path(one['file']))}", soft_wrap=True)
     out.print("\nIn an experiment file, or in Python:\n")
     out.print(one["use"]["toml"], soft_wrap=True)
     out.print(f"\n{one['use']['python']}", soft_wrap=True)

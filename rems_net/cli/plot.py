@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, recording_of, show_path
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_like, add_run, recording_of
+from rems_net.errors import ExperimentError, shown
 
 EXAMPLES = """\
 examples:
@@ -44,5 +44,5 @@ def run(args: argparse.Namespace) -> int:
         if isinstance(error, ExperimentError):
             raise
         raise ExperimentError(f"cannot write {path}: {error}. (R0905)") from None
-    print(f"picture  {show_path(path)}")
+    print(f"picture  {shown(path)}")
     return 0

@@ -6,9 +6,9 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from rems_net.cli.options import show_path, warn
+from rems_net.cli.options import warn
 from rems_net.cli.rerun import pairs
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.errors import ExperimentError, RemsError, shown
 from rems_net.sweeps.factors import listed
 from rems_net.sweeps.store import CSV
 from rems_net.sweeps.sweep import MOST, sweep
@@ -99,7 +99,7 @@ def _report(result: Swept, args: argparse.Namespace) -> int:
     if len(failed) > SHOWN:
         warn(f"and {len(failed) - SHOWN} more runs failed; the table has them.")
     files = [result.folder / CSV, *([result.parquet()] if args.parquet else [])]
-    print(f"{len(result)} runs, in {' and '.join(map(show_path, files))}")
+    print(f"{len(result)} runs, in {' and '.join(map(shown, files))}")
     return FAILED if failed else 0
 
 

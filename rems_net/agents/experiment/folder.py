@@ -15,7 +15,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import time_of
-from rems_net.errors import AgentError, ExperimentError
+from rems_net.errors import AgentError, ExperimentError, shown
 from rems_net.events import Event
 from rems_net.recordings.manifest import NAME, Manifest, read_manifest
 from rems_net.recordings.mcap.scan import finish as end_recording
@@ -234,12 +234,6 @@ def _leave(path: Path) -> None:
         if [entry.name for entry in path.iterdir()] == [NAME]:
             (path / NAME).unlink()
             path.rmdir()
-
-
-def shown(path: Path) -> str:
-    with suppress(ValueError, OSError):
-        return str(path.relative_to(Path.cwd()))
-    return str(path)
 
 
 @contextmanager
