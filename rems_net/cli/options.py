@@ -3,7 +3,7 @@
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -164,7 +164,28 @@ def short_key(key: str, fabric: str) -> str:
     return key.removeprefix(f"{fabric}/")
 
 
-def value_of(text: str) -> Any:
+def pairs(given: Iterable[str], example: str) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each `NAME=VALUE`. Raises ExperimentError."""
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise ExperimentError(
+                f"expected NAME=VALUE, such as {example}; got {text!r}. (R0910)"
+            )
+        yield name, value
+
+
+def settings_of(given: Iterable[str], example: str) -> dict[str, Any]:
+    """Return the settings of `--set`, by name, each value as in a TOML file.
+
+    A text, such as a number with its unit, needs no quotes.
+    """
+    from rems_net.toml import value_of
+
+    return {name: value_of(text) for name, text in pairs(given, f"--set {example}")}
+
+
+def json_or_text(text: str) -> Any:
     """Return a number, true, false, a list ... if the text is JSON; else the text."""
     import json
 

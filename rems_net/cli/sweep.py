@@ -6,8 +6,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from rems_net.cli.options import warn
-from rems_net.cli.rerun import pairs
+from rems_net.cli.options import pairs, warn
 from rems_net.errors import ExperimentError, RemsError, shown
 from rems_net.sweeps.factors import listed
 from rems_net.sweeps.store import CSV
@@ -64,12 +63,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Make all runs, show the progress, and print where the table is."""
-    settings: dict[str, object] = {}
-    for option, example in (
-        ("set", "robot/sim.track=90..130mm/9"),
-        ("replace", "robot/sim=kinematic,mujoco"),
-    ):
-        settings |= dict(pairs(getattr(args, option), f"--{option}", example))
+    settings = dict(pairs(args.set, "--set robot/sim.track=90..130mm/9"))
+    settings |= dict(pairs(args.replace, "--replace robot/sim=kinematic,mujoco"))
     try:
         with _cluster(args.on) as executor:
             result = sweep(

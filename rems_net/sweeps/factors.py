@@ -10,10 +10,10 @@ from math import prod
 from pathlib import Path
 from random import Random
 
-from rems_net.agents.experiment.again.changed import value_of
 from rems_net.errors import ExperimentError, whereabouts
 from rems_net.reading import TABLE, read_file
 from rems_net.recordings.spreadsheet import plain
+from rems_net.toml import value_of
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?"
 #: `90..130 mm/9`

@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,10 @@ from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import slots_of
-from rems_net.cli.options import add_fabric, fabric_of, warn
+from rems_net.cli.options import add_fabric, fabric_of, pairs, settings_of, warn
 from rems_net.cli.script import no_words, run_script
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.events import Event
-from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
@@ -123,8 +121,8 @@ def _alone(args: argparse.Namespace) -> Experiment:
     """Return an experiment of one agent."""
     kind, type_ = args.kind, args.type
     name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
-    settings = values(args.set, "options.file=keys.csv")
-    sources = pairs(args.to, "--to", "command=input/keys")
+    settings = settings_of(args.set, "options.file=keys.csv")
+    sources = dict(pairs(args.to, "--to command=input/keys"))
     lab = Experiment(name)
     if kind == "robot":
         _robot(lab, name, args, settings, sources)
@@ -184,33 +182,3 @@ def slots(settings: dict[str, Any], kind: str = "robot") -> dict[str, Any]:
             )
         groups[group][field] = value
     return groups
-
-
-def values(given: Sequence[str], example: str) -> dict[str, Any]:
-    """Return the settings `NAME=VALUE` by name, each value as in a TOML file.
-
-    A text, such as a number with its unit, needs no quotes here.
-    """
-    return {k: _value(v) for k, v in pairs(given, "--set", example).items()}
-
-
-def _value(text: str) -> Any:
-    try:
-        value = loads(f"value = {text}")["value"]
-    except TOMLDecodeError:
-        return text
-    # A date stays text: no field has this type.
-    return value if isinstance(value, bool | int | float | str | list | dict) else text
-
-
-def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
-    """Return the pairs `NAME=VALUE` by name. Raises ExperimentError."""
-    found = {}
-    for one in given:
-        name, equals, value = one.partition("=")
-        if not (name and equals):
-            raise ExperimentError(
-                f"{option} {one}: expected {option} {example}. (R0910)"
-            )
-        found[name] = value
-    return found
