@@ -9,7 +9,6 @@ from typing import Any
 
 from rems_net.agents.experiment.checking.settings import check_pace, check_seed
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.options import (
@@ -21,7 +20,7 @@ from rems_net.cli.options import (
     show_files,
     warn,
 )
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.script import run_experiment
 from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
 from rems_net.events import Event
 
@@ -111,24 +110,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _run(args: argparse.Namespace) -> None:
-    if args.experiment.suffix == ".py":
-        if not args.direct:  # before a zenoh.py next to the script can hide another
-            import_module("rems_net.agents.experiment.display")
-            import_module("rems_net.agents.experiment.run")
-        run_script(args.experiment, args.words, Runner(args))
-    else:
-        no_words(args.experiment, args.words)
-        go(load(args.experiment), args, args.experiment)
-
-
-def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
-    """Run an experiment. Raises AgentError if it fails after its beginning."""
-    runner = Runner(args)
-    try:
-        runner(experiment)
-    except ExperimentError as error:
-        with located(source):
-            raise error
+    if args.experiment.suffix == ".py" and not args.direct:
+        # before a zenoh.py next to the script can hide another
+        import_module("rems_net.agents.experiment.display")
+        import_module("rems_net.agents.experiment.run")
+    run_experiment(args.experiment, args.words, Runner(args))
 
 
 class Runner:

@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import slots_of
 from rems_net.cli.options import add_fabric, fabric_of, pairs, settings_of, warn
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.script import run_experiment
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.events import Event
 
@@ -81,16 +80,7 @@ def run(args: argparse.Namespace) -> int:
                 "leave out TYPE, --name, --to and --set, or name one KIND and TYPE."
                 " (R0904)"
             )
-        if path.suffix == ".py":
-            run_script(path, args.words, Attending(args))
-        else:
-            no_words(path, args.words)
-            experiment = load(path)
-            try:
-                Attending(args)(experiment)
-            except ExperimentError as error:
-                with located(path):
-                    raise error
+        run_experiment(path, args.words, Attending(args))
         return 0
     if args.kind not in KINDS or not args.type:
         raise ExperimentError(

@@ -18,25 +18,17 @@ from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.checking.trial import try_first_ticks
 from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.options import console, show_schema, warn
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.script import run_experiment
 from rems_net.events import Event, listening
 
 
 def run(args: argparse.Namespace) -> int:
     """Check the experiment, and print what would run."""
-    path = Path(args.what)
-    if path.suffix == ".py":
-        checked = from_script(path, args.words)
-    else:
-        no_words(path, args.words)
-        experiment = load(path)
-        with located(path):
-            checked = check(experiment)
+    checked = first(Path(args.what), args.words)
     show(console(args), checked)
     if checked.idle:
         warn(checked.idle)
@@ -88,8 +80,11 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     return Checked(experiment, agents, ticks, factor, sentence, rest)
 
 
-def from_script(path: Path, words: list[str]) -> Checked:
-    """Check the experiment that a script would run first. Raises ExperimentError."""
+def first(path: Path, words: list[str]) -> Checked:
+    """Check the experiment of a file, or the one that a script would run first.
+
+    Raises ExperimentError.
+    """
     found: list[Checked] = []
 
     def runner(experiment: Experiment, *_: Any, pace: Any = None, **__: Any) -> None:
@@ -97,7 +92,7 @@ def from_script(path: Path, words: list[str]) -> Checked:
         raise registry.ScriptEnd
 
     with suppress(registry.ScriptEnd):
-        run_script(path, words, runner)
+        run_experiment(path, words, runner)
     return found[0]
 
 
