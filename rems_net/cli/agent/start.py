@@ -109,51 +109,31 @@ class Attending:
 
 def _alone(args: argparse.Namespace) -> Experiment:
     """Return an experiment of one agent."""
-    kind, type_ = args.kind, args.type
-    name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
+    kind, types = args.kind, [args.type]
+    name = args.name or Path(args.type.rpartition(":")[2]).stem.lower()
     settings = settings_of(args.set, "options.file=keys.csv")
     sources = dict(pairs(args.to, "--to command=input/keys"))
-    lab = Experiment(name)
     if kind == "robot":
-        _robot(lab, name, args, settings, sources)
+        if not args.driver:
+            raise ExperimentError(
+                "a robot needs a driver, too: `rems agent start robot "
+                f"{args.type} kinematic`; `rems show` lists them. (R0904)"
+            )
+        if wrong := sources.keys() - {"command"}:
+            raise ExperimentError(
+                f"--to {min(wrong)}: a robot has one In, `command`. (R0904)"
+            )
+        types.append(args.driver)
     elif args.driver:
         raise ExperimentError(
             f"only a robot has a driver; {kind} has a TYPE alone. (R0904)"
         )
-    else:
-        if type_.endswith(".csv"):
-            type_, settings = "csv", {"options.file": type_, **settings}
-        common = {"every": args.every, "restart": args.restart}
-        getattr(lab, kind)(name, type_, **common, **slots(settings, kind), **sources)
+    elif args.type.endswith(".csv"):
+        types, settings = ["csv"], {"options.file": args.type, **settings}
+    lab = Experiment(name)
+    common = {"every": args.every, "restart": args.restart}
+    getattr(lab, kind)(name, *types, **common, **slots(settings, kind), **sources)
     return lab
-
-
-def _robot(
-    lab: Experiment,
-    name: str,
-    args: argparse.Namespace,
-    settings: dict[str, Any],
-    sources: dict[str, str],
-) -> None:
-    if not args.driver:
-        raise ExperimentError(
-            "a robot needs a driver, too: `rems agent start robot "
-            f"{args.type} kinematic`; `rems show` lists them. (R0904)"
-        )
-    groups = slots(settings)
-    if wrong := sources.keys() - {"command"}:
-        raise ExperimentError(
-            f"--to {min(wrong)}: a robot has one In, `command`. (R0904)"
-        )
-    lab.robot(
-        name,
-        args.type,
-        args.driver,
-        command=sources.get("command"),
-        every=args.every,
-        restart=args.restart,
-        **groups,
-    )
 
 
 def slots(settings: dict[str, Any], kind: str = "robot") -> dict[str, Any]:
