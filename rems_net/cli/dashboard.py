@@ -7,7 +7,6 @@ from _thread import interrupt_main
 from collections.abc import Sequence
 from contextlib import closing
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,8 @@ from rems_net.cli.options import add_at, console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
 from rems_net.client import join
-from rems_net.errors import DeniedError, ExperimentError, MissingPartError
+from rems_net.errors import DeniedError, ExperimentError
+from rems_net.libraries import look_for
 from rems_net.router.gate.users import OWNER
 from rems_net.router.settings import Link
 
@@ -180,18 +180,9 @@ def _await_end() -> None:
     interrupt_main()
 
 
-def check_library() -> None:
-    """Raise MissingPartError if the library is not installed."""
-    if find_spec("websockets") is None:
-        raise MissingPartError(
-            "The page needs the library websockets, which is not installed. Type: "
-            'pip install "rems-net[dashboard]" (R0301)'
-        )
-
-
 def check(args: argparse.Namespace) -> None:
     """Raise a RemsError for impossible options, and without the library."""
-    check_library()
+    look_for("websockets", "dashboard")
     if not 1 <= args.rate <= 100:
         raise ExperimentError(
             f"--rate is {args.rate:g}; expected 1 to 100 pictures per second. (R1001)"

@@ -23,6 +23,7 @@ from rems_net.cli.options import (
 from rems_net.cli.script import run_experiment
 from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
 from rems_net.events import Event
+from rems_net.libraries import look_for
 
 EXAMPLES = """\
 examples:
@@ -188,9 +189,8 @@ class Runner:
     def _with_page(self, show: Show, direct: bool) -> Show:
         """Return the display with a page beside it."""
         from rems_net.cli.beside import WithPage
-        from rems_net.cli.dashboard import check_library
 
-        check_library()
+        look_for("websockets", "dashboard")
         if direct:
             raise ExperimentError(
                 "--dashboard looks at a run on a fabric, and a direct run is on none; "
