@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -193,6 +194,17 @@ def json_or_text(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Raise ExperimentError if this block cannot write the file."""
+    try:
+        yield
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot write {path}: {error.strerror}. (R0905)"
+        ) from None
 
 
 def show_files(files: Sequence[Path]) -> None:
