@@ -1,9 +1,8 @@
 """`rems sweep EXPERIMENT`: an experiment, run many times, into one table."""
 
 import argparse
-from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from rems_net.cli.options import pairs, warn
@@ -109,24 +108,20 @@ def _seeds(text: str) -> int | list[int]:
     return numbers if "," in text else numbers[0]
 
 
-@contextmanager
-def _cluster(text: str) -> Iterator[Executor | None]:
-    """Yield the executor of a cluster, or None without one. Raises ExperimentError."""
+def _cluster(text: str) -> AbstractContextManager[Executor | None]:
+    """Return the executor of a cluster, or None without one. Raises ExperimentError."""
     kind, _, address = text.partition("=")
     if not text:
-        yield None
-    elif kind == "dask" and address:
-        from rems_net.sweeps.on_dask import DaskExecutor
+        return nullcontext()
+    if kind == "dask" and address:
+        from rems_net.sweeps.on_dask import dask_executor
 
-        with DaskExecutor(address) as executor:
-            yield executor
-    elif kind == "ray" and address:
+        return dask_executor(address)
+    if kind == "ray" and address:
         from rems_net.sweeps.on_ray import RayExecutor
 
-        with RayExecutor(address) as executor:
-            yield executor
-    else:
-        raise ExperimentError(
-            f"--on {text!r}: expected dask=ADDRESS or ray=ADDRESS, such as "
-            "--on dask=tcp://10.0.0.5:8786. (R1027)"
-        )
+        return RayExecutor(address)
+    raise ExperimentError(
+        f"--on {text!r}: expected dask=ADDRESS or ray=ADDRESS, such as "
+        "--on dask=tcp://10.0.0.5:8786. (R1027)"
+    )

@@ -243,11 +243,11 @@ def _writing(store: Store, result: Swept, rows: Mapping[int, Row]) -> Iterator[N
     try:
         yield
     except BaseException:
-        result.fill([*rows.values()])
+        result.rows = sorted(rows.values())
         with suppress(ExperimentError):  # the first error is the one to report
             store.tables(result.csv())
         raise
-    result.fill([*rows.values()])
+    result.rows = sorted(rows.values())
     store.tables(result.csv())
 
 
