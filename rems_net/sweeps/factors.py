@@ -10,9 +10,8 @@ from math import prod
 from pathlib import Path
 from random import Random
 
-from rems_net.errors import ExperimentError, whereabouts
-from rems_net.reading import TABLE, read_file
-from rems_net.recordings.spreadsheet import plain
+from rems_net.errors import ExperimentError
+from rems_net.recordings.csv_file import read_text
 from rems_net.toml import value_of
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?"
@@ -172,17 +171,7 @@ def listed(path: Path) -> list[Point]:
 
     Raises ExperimentError.
     """
-    try:
-        text = plain(read_file(path, TABLE), path.name)
-    except FileNotFoundError:
-        raise ExperimentError(
-            f"there is no file {whereabouts(path, '.csv')} (R0804)"
-        ) from None
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot read {path}: {error.strerror}. (R0804)"
-        ) from None
-    first, *rows = csv.reader(text.splitlines()) or [[]]
+    first, *rows = csv.reader(read_text(path, path.name).splitlines()) or [[]]
     heads = [_HEAD.fullmatch(one) for one in first]
     if not rows or not all(heads) or any(len(row) != len(first) for row in rows):
         raise ExperimentError(
