@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     with join(fabric=args.fabric, at=args.at) as fabric:
         check_user(fabric.session.link.user)
         with listening_at(args.listen, _ports(args)) as (sock, door):
-            announce(args, _links(args, door))
+            announce(args, door)
             if args.viewers:
                 print("For viewers that speak the Foxglove WebSocket protocol:")
                 print(f"  {door.viewers()[-1]}", flush=True)
@@ -147,17 +147,13 @@ def _show(args: argparse.Namespace) -> int:
     ):
         for sentence in show.notes:
             warn(sentence)
-        announce(args, _links(args, door))
+        announce(args, door)
         serve(RecordedServer(show, door, args.rate), sock)
     return 0
 
 
 def _ports(args: argparse.Namespace) -> Sequence[int]:
     return [args.port] if args.port else range(PORT, PORT + TRIES)
-
-
-def _links(args: argparse.Namespace, door: "Door") -> list[str]:
-    return door.links(f"?field={quote(args.field)}" if args.field else "")
 
 
 def check_user(user: str) -> None:
@@ -211,8 +207,9 @@ def read_layout(path: Path) -> dict[str, Any]:
     return found
 
 
-def announce(args: argparse.Namespace, links: list[str]) -> None:
+def announce(args: argparse.Namespace, door: "Door") -> None:
     """Print the links, and show the last one, which other machines reach, as a code."""
+    links = door.links(f"?field={quote(args.field)}" if args.field else "")
     print("The page, for browsers with this link:")
     for link in links:
         print(f"  {link}", flush=True)

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
                 "leave out TYPE, --name, --to and --set, or name one KIND and TYPE."
                 " (R0904)"
             )
-        run_experiment(path, args.words, Attending(args))
+        run_experiment(path, args.words, partial(_attend, args, Show()))
         return 0
     if args.kind not in KINDS or not args.type:
         raise ExperimentError(
@@ -88,23 +89,22 @@ def run(args: argparse.Namespace) -> int:
             f"start robot woodbot kinematic`, or a file; got {args.kind!r}."
             f"{nearest(args.kind, KINDS)} (R0906)"
         )
-    Attending(args, Saying())(_alone(args))
+    _attend(args, Saying(), _alone(args))
     return 0
 
 
-class Attending:
-    """Start of an experiment's agents, by the command line."""
-
-    def __init__(self, args: argparse.Namespace, show: Show | None = None):
-        self.args, self.show = args, show or Show()
-
-    def __call__(
-        self, experiment: Experiment, out: Path | str | None = None, **_: object
-    ) -> None:
-        """Start them, and stay; `run` in a script calls this instead."""
-        experiment.fabric = fabric_of(self.args) or experiment.fabric
-        warn(f"{some(experiment.plans)}: Ctrl+C ends it")
-        attend(experiment, self.args.out or out, self.show)
+def _attend(
+    args: argparse.Namespace,
+    show: Show,
+    experiment: Experiment,
+    /,
+    out: Path | str | None = None,
+    **_: object,
+) -> None:
+    """Start an experiment's agents, and stay; a script's `run` calls this instead."""
+    experiment.fabric = fabric_of(args) or experiment.fabric
+    warn(f"{some(experiment.plans)}: Ctrl+C ends it")
+    attend(experiment, args.out or out, show)
 
 
 def _alone(args: argparse.Namespace) -> Experiment:
