@@ -64,16 +64,6 @@ def say_where(at: str) -> None:
         warn(f"at {there} ({why})")
 
 
-def add_experiment(parser: argparse.ArgumentParser) -> None:
-    """Add the argument for the experiment."""
-    parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT.toml",
-        type=Path,
-        help="an experiment, or a script (EXPERIMENT.py) that runs one",
-    )
-
-
 def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the folder of a run that is over: the newest one, if it is left out."""
     parser.add_argument(

@@ -12,7 +12,6 @@ from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.options import (
-    add_experiment,
     add_fabric,
     console,
     fabric_of,
@@ -44,7 +43,12 @@ reports. With --json, what it prints itself goes to stderr.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    add_experiment(parser)
+    parser.add_argument(
+        "experiment",
+        metavar="EXPERIMENT.toml",
+        type=Path,
+        help="an experiment, or a script (EXPERIMENT.py) that runs one",
+    )
     parser.add_argument(
         "--alone",
         action="store_true",
