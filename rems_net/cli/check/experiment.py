@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rich.console import Console
 from rich.padding import Padding
@@ -25,32 +25,14 @@ from rems_net.cli.options import console, show_schema, warn
 from rems_net.cli.script import run_experiment
 from rems_net.events import Event, listening
 
+#: an experiment that can run: with its agents, its ticks and its pace
+Checked = tuple[Experiment, dict[str, Agent], int, float]
+
 
 def run(args: argparse.Namespace) -> int:
     """Check the experiment, and print what would run."""
-    checked = first(Path(args.what), args.words)
-    show(console(args), checked)
-    if checked.idle:
-        warn(checked.idle)
-    if checked.rest:
-        named = ", ".join(f"{key} ({why})" for key, why in checked.rest.items())
-        warn(f"not tried: {named}")
+    show(console(args), *first(Path(args.what), args.words))
     return 0
-
-
-class Checked(NamedTuple):
-    """Result of a check: an experiment that can run.
-
-    pace: 0 for as fast as possible.  idle: a warning of robots without commands.
-    rest: agents that were not tried, and why.
-    """
-
-    experiment: Experiment
-    agents: dict[str, Agent]
-    ticks: int
-    pace: float
-    idle: str
-    rest: dict[str, str]
 
 
 def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
@@ -76,8 +58,12 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
         for text in doubts(agents):
             warn(text)
         rest = try_first_ticks(experiment, agents)
-    sentence = "" if factor else idle(agents, experiment.plans)
-    return Checked(experiment, agents, ticks, factor, sentence, rest)
+    if not factor and (sentence := idle(agents, experiment.plans)):
+        warn(sentence)
+    if rest:
+        named = ", ".join(f"{key} ({why})" for key, why in rest.items())
+        warn(f"not tried: {named}")
+    return experiment, agents, ticks, factor
 
 
 def first(path: Path, words: list[str]) -> Checked:
@@ -96,9 +82,14 @@ def first(path: Path, words: list[str]) -> Checked:
     return found[0]
 
 
-def show(out: Console, checked: Checked) -> None:
-    """Print in some lines what would run."""
-    experiment, agents, ticks, pace, *_ = checked
+def show(
+    out: Console,
+    experiment: Experiment,
+    agents: dict[str, Agent],
+    ticks: int,
+    pace: float,
+) -> None:
+    """Print in some lines what would run. pace: 0 for as fast as possible."""
     dt = experiment.dt
     speed = f"{pace:g} x real time" if pace else "as fast as possible"
     some = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"
