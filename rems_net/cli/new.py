@@ -26,11 +26,7 @@ Nothing is ever overwritten.
 FOLDER = Path(rems_net.__file__).parent / "templates"
 #: kind -> endings of the files that are written
 KINDS = {
-    "robot": (".py",),
-    "driver": (".py",),
-    "input": (".py",),
-    "process": (".py",),
-    "output": (".py",),
+    **dict.fromkeys(("robot", "driver", "input", "process", "output"), (".py",)),
     "experiment": (".toml", ".csv"),
 }
 
