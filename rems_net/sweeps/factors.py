@@ -101,15 +101,13 @@ def points(
     if listed:
         fixed = {one.name: one.values[0] for one in factors}
         yield from ({**fixed, **point} for point in listed)
-    elif samples:
+        return
+    rows: Iterator[tuple[object, ...]] = product(*(one.values for one in factors))
+    if samples:
         columns = [_strata(one, samples, f"{seed} {one.name}") for one in factors]
-        names = [one.name for one in factors]
-        for values in zip(*columns, strict=True):
-            yield dict(zip(names, values, strict=True))
-    else:
-        names = [one.name for one in factors]
-        for values in product(*(one.values for one in factors)):
-            yield dict(zip(names, values, strict=True))
+        rows = zip(*columns, strict=True)
+    names = [one.name for one in factors]
+    yield from (dict(zip(names, values, strict=True)) for values in rows)
 
 
 def _strata(one: Factor, count: int, seed: str) -> list[object]:
