@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         if stale:
             names = " and ".join(shown(path) for path in stale)
             verb = "are" if len(stale) > 1 else "is"
-            warn(f"{names} {verb} stale. Type: rems board generate{_again(args)}")
+            warn(f"{names} {verb} stale. Type the same line without --check")
         return int(bool(stale))
     written = generate.write(definition, folder)
     out = console(args)
@@ -55,12 +55,3 @@ def run(args: argparse.Namespace) -> int:
     if not written:
         out.print(f"{shown(folder)} is up to date.", soft_wrap=True)
     return 0
-
-
-def _again(args: argparse.Namespace) -> str:
-    """Return the arguments to repeat, without --check."""
-    words = []
-    if args.definition != "woodbot":
-        words += ["--definition", args.definition]
-    words += ["--into", str(args.into)] if args.into else []
-    return "".join(f" {word}" for word in words)
