@@ -115,7 +115,6 @@ def _read(mail: Mail) -> dict[str, Any]:
             "source": printable(one["source"]),
             "heard": None if one["heard"] is None else _number(one["heard"]),
             "max_age": _number(one.get("max_age", 1e9)),
-            "dropped": int(one["dropped"]),
             "reasons": [(int(n), printable(said)) for n, said in one["reasons"]],
         }
         for port, one in told["ins"].items()
