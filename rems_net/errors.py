@@ -25,6 +25,7 @@ ends in a code for the kind of mistake: `rems explain R0104` prints more about t
 
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -164,12 +165,11 @@ def some(names: Iterable[str], most: int = 12) -> str:
     return (", ".join(known[:most]) or "none") + more
 
 
-def show_path(path: "Path") -> str:
+def shown(path: "Path") -> str:
     """Return a path relative to the working folder, if it is below that."""
-    try:
+    with suppress(ValueError, OSError):  # OSError: the working folder was removed
         return str(path.relative_to(path.cwd()))
-    except (ValueError, OSError):  # it is elsewhere, or the working folder was removed
-        return str(path)
+    return str(path)
 
 
 def whereabouts(path: "Path", *suffixes: str) -> str:

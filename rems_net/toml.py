@@ -7,6 +7,7 @@ RecursionError. Dots in a key make equally deep tables, which would break other 
 import re
 import tomllib
 from contextlib import suppress
+from datetime import date, time
 from typing import Any
 
 TOMLDecodeError = tomllib.TOMLDecodeError
@@ -31,6 +32,16 @@ def loads(text: str) -> dict[str, Any]:
         if not level:
             return tables
     raise _too_deep(text)
+
+
+def value_of(text: str) -> Any:
+    """Return a value as in a TOML file; other text is text, such as 130 mm."""
+    try:
+        value = loads(f"value = {text}")["value"]
+    except TOMLDecodeError:
+        return text
+    # No field has the type of a date.
+    return text if isinstance(value, date | time) else value
 
 
 def _parts(whole: Any) -> list[Any]:

@@ -4,8 +4,8 @@ import argparse
 from contextlib import closing
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, console, recording_of, show_path
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_like, add_run, console, recording_of, writing
+from rems_net.errors import ExperimentError, shown
 
 EXAMPLES = """\
 examples:
@@ -44,18 +44,14 @@ def run(args: argparse.Namespace) -> int:
             f"--speed is {args.speed:g}; expected a number above 0, such as 4. (R0842)"
         )
     about = recording.folder.name, path, args.speed
-    try:
-        with console(args).status("film") as status:  # shown on a terminal only
-            if args.space:
-                from rems_net.films.space import InSpace
+    # the status is shown on a terminal only
+    with writing(path), console(args).status("film") as status:
+        if args.space:
+            from rems_net.films.space import InSpace
 
-                with closing(InSpace(recording)) as space:
-                    film(space, *about, status.update)
-            else:
-                film(FromAbove(recording.trajectories()), *about, status.update)
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot write {path}: {error.strerror}. (R0905)"
-        ) from None
-    print(f"film  {show_path(path)}")
+            with closing(InSpace(recording)) as space:
+                film(space, *about, status.update)
+        else:
+            film(FromAbove(recording.trajectories()), *about, status.update)
+    print(f"film  {shown(path)}")
     return 0

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rems_net.cli.options import add_at, value_of
+from rems_net.cli.options import add_at, json_or_text
 from rems_net.client import join
 
 EXAMPLES = """\
@@ -22,9 +22,9 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Call the method, and print what it returns."""
-    given = [value_of(a) for a in args.arguments if not _named(a)]
+    given = [json_or_text(a) for a in args.arguments if not _named(a)]
     named = {
-        name: value_of(text)
+        name: json_or_text(text)
         for name, _, text in (a.partition("=") for a in args.arguments if _named(a))
     }
     with join(fabric=args.fabric, at=args.at) as fabric:

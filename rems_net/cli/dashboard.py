@@ -7,7 +7,6 @@ from _thread import interrupt_main
 from collections.abc import Sequence
 from contextlib import closing
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,8 @@ from rems_net.cli.options import add_at, console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import write_sheet
 from rems_net.client import join
-from rems_net.errors import DeniedError, ExperimentError, MissingPartError
+from rems_net.errors import DeniedError, ExperimentError
+from rems_net.libraries import look_for
 from rems_net.router.gate.users import OWNER
 from rems_net.router.settings import Link
 
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     with join(fabric=args.fabric, at=args.at) as fabric:
         check_user(fabric.session.link.user)
         with listening_at(args.listen, _ports(args)) as (sock, door):
-            announce(args, _links(args, door))
+            announce(args, door)
             if args.viewers:
                 print("For viewers that speak the Foxglove WebSocket protocol:")
                 print(f"  {door.viewers()[-1]}", flush=True)
@@ -147,17 +147,13 @@ def _show(args: argparse.Namespace) -> int:
     ):
         for sentence in show.notes:
             warn(sentence)
-        announce(args, _links(args, door))
+        announce(args, door)
         serve(RecordedServer(show, door, args.rate), sock)
     return 0
 
 
 def _ports(args: argparse.Namespace) -> Sequence[int]:
     return [args.port] if args.port else range(PORT, PORT + TRIES)
-
-
-def _links(args: argparse.Namespace, door: "Door") -> list[str]:
-    return door.links(f"?field={quote(args.field)}" if args.field else "")
 
 
 def check_user(user: str) -> None:
@@ -180,18 +176,9 @@ def _await_end() -> None:
     interrupt_main()
 
 
-def check_library() -> None:
-    """Raise MissingPartError if the library is not installed."""
-    if find_spec("websockets") is None:
-        raise MissingPartError(
-            "The page needs the library websockets, which is not installed. Type: "
-            'pip install "rems-net[dashboard]" (R0301)'
-        )
-
-
 def check(args: argparse.Namespace) -> None:
     """Raise a RemsError for impossible options, and without the library."""
-    check_library()
+    look_for("websockets", "dashboard")
     if not 1 <= args.rate <= 100:
         raise ExperimentError(
             f"--rate is {args.rate:g}; expected 1 to 100 pictures per second. (R1001)"
@@ -220,8 +207,9 @@ def read_layout(path: Path) -> dict[str, Any]:
     return found
 
 
-def announce(args: argparse.Namespace, links: list[str]) -> None:
+def announce(args: argparse.Namespace, door: "Door") -> None:
     """Print the links, and show the last one, which other machines reach, as a code."""
+    links = door.links(f"?field={quote(args.field)}" if args.field else "")
     print("The page, for browsers with this link:")
     for link in links:
         print(f"  {link}", flush=True)

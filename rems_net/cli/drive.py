@@ -12,7 +12,7 @@ from rems_net.client.driving import PERIOD, RENEWAL, Driving
 from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router.asking import meets
-from rems_net.router.keys import full_key
+from rems_net.router.keys import agent_of, full_key
 from rems_net.teleop.keyboard import HOLD, Keyboard, open_keyboard
 from rems_net.teleop.keys import KEYS, stick_of
 
@@ -58,7 +58,7 @@ def _found(fabric: Fabric, keys: list[str]) -> list[str]:
     found: list[str] = []
     for key in keys:
         full = full_key(key, fabric.session.fabric)
-        short = "/".join(full.split("/")[1:3])
+        short = agent_of(full)
         if "*" in short:
             found += [a for a in there if meets(full, fabric.session.key(a))]
         elif short in there:

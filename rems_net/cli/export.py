@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, recording_of, show_path
+from rems_net.cli.options import add_like, add_run, recording_of
+from rems_net.errors import shown
 from rems_net.recordings.export.files import KINDS
 
 EXAMPLES = """\
@@ -35,5 +36,5 @@ def run(args: argparse.Namespace) -> int:
     recording = recording_of(args)
     folder = (args.out or recording.folder / "export").absolute()
     for path in recording.export(*args.names, to=args.to, folder=folder):
-        print(show_path(path))
+        print(shown(path))
     return 0

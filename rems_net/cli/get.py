@@ -7,9 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rems_net.cli.options import add_at, console, short_key, show_path, show_value
+from rems_net.cli.options import add_at, console, short_key, show_value, writing
 from rems_net.client import join
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, shown
 from rems_net.pictures import is_picture, png
 from rems_net.router.keys import full_key
 
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     out = console(args)
     if args.save:
         save(args.key, found, args.save)
-        out.print(show_path(args.save))
+        out.print(shown(args.save))
         return 0
     if args.json:
         print(json.dumps(found, indent=2))
@@ -76,12 +76,8 @@ def save(key: str, found: Mapping[str, Any], path: Path) -> None:
         raise ExperimentError(
             f"--save {path}: it writes PNG; end the name with .png (R0910)"
         )
-    try:
+    with writing(path):
         path.write_bytes(png(pictures[0]))
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot write {path}: {error.strerror}. (R0905)"
-        ) from None
 
 
 def _lines(key: str, plain: Any) -> list[str]:

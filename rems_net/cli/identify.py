@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from rems_net.cli.options import add_like, add_run, console, recording_of
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_like, add_run, console, recording_of, settings_of
 
 EXAMPLES = """\
 examples:
@@ -79,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
             recording_of(args),
             args.robot,
             definition=args.definition,
-            parameters=dict(map(_setting, args.sets)),
+            parameters=settings_of(args.sets, 'track="100 mm"'),
             fit=[name for name in args.fit.replace(" ", "").split(",") if name],
             check=read(args.check, like=args.like) if args.check else None,
             suggest=args.suggest is not None,
@@ -95,17 +94,3 @@ def run(args: argparse.Namespace) -> int:
         out.print(f"They are in {args.out}. In place of that line, this will do:")
         out.print(f'  parameters = "{args.out.name}"', soft_wrap=True)
     return 0
-
-
-def _setting(text: str) -> tuple[str, Any]:
-    """Return name and value of NAME=VALUE; the value is a number or a text."""
-    key, equals, value = text.partition("=")
-    if not equals:
-        raise ExperimentError(
-            f"--set {text} has no value; write it as --set {text}=VALUE, such as "
-            '--set track="100 mm". (R0904)'
-        )
-    try:
-        return key, float(value)
-    except ValueError:
-        return key, value

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from rems_net.bodies.marker import FAMILIES, Marker
+from rems_net.cli.options import writing
 from rems_net.errors import ExperimentError
 from rems_net.eyes.page import pages
 from rems_net.scenes.marking import MARKER
@@ -47,13 +48,8 @@ def run(args: argparse.Namespace) -> int:
     for number, page in enumerate(made, 1):
         stem = args.out.stem if number == 1 else f"{args.out.stem}_{number}"
         path = args.out.with_stem(stem)
-        try:
+        with writing(path):
             path.write_text(page, encoding="utf-8")
-        except OSError as error:
-            raise ExperimentError(
-                f"Cannot write {path}: {error.strerror}; name another file by --out. "
-                "(R0905)"
-            ) from None
         print(path)
     return 0
 

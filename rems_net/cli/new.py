@@ -10,7 +10,7 @@ from string import Template
 
 import rems_net
 from rems_net.bodies.files.draft import drafted
-from rems_net.cli.options import console
+from rems_net.cli.options import console, writing
 from rems_net.errors import ExperimentError, nearest
 
 EXAMPLES = """\
@@ -26,11 +26,7 @@ Nothing is ever overwritten.
 FOLDER = Path(rems_net.__file__).parent / "templates"
 #: kind -> endings of the files that are written
 KINDS = {
-    "robot": (".py",),
-    "driver": (".py",),
-    "input": (".py",),
-    "process": (".py",),
-    "output": (".py",),
+    **dict.fromkeys(("robot", "driver", "input", "process", "output"), (".py",)),
     "experiment": (".toml", ".csv"),
 }
 
@@ -87,7 +83,8 @@ def run(args: argparse.Namespace) -> int:
             )
     words = more | {"name": name, "Class": class_name(name)}
     for path, text in texts.items():
-        write(path, Template(text).substitute(words))
+        with writing(path), path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(Template(text).substitute(words))
     first = next(iter(texts))
     out = console(args)
     wrote = f"Wrote {' and '.join(map(str, texts))}."
@@ -148,14 +145,3 @@ def _is_module(name: str) -> bool:
         return True
     spec = PathFinder.find_spec(name)  # not what this program has loaded by itself
     return spec is not None and spec.origin is not None
-
-
-def write(path: Path, text: str) -> None:
-    """Write a new file. Raises ExperimentError."""
-    try:
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except OSError as error:
-        raise ExperimentError(
-            f"Cannot write {path}: {error.strerror}. (R0905)"
-        ) from None

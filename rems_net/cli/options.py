@@ -3,11 +3,12 @@
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rems_net.errors import ExperimentError, show_path as show_path
+from rems_net.errors import ExperimentError, shown
 from rems_net.router.keys import check_name
 
 if TYPE_CHECKING:
@@ -63,16 +64,6 @@ def say_where(at: str) -> None:
         warn(f"at {there} ({why})")
 
 
-def add_experiment(parser: argparse.ArgumentParser) -> None:
-    """Add the argument for the experiment."""
-    parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT.toml",
-        type=Path,
-        help="an experiment, or a script (EXPERIMENT.py) that runs one",
-    )
-
-
 def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the folder of a run that is over: the newest one, if it is left out."""
     parser.add_argument(
@@ -97,7 +88,7 @@ def recording_of(args: argparse.Namespace) -> "Recording":
     recording = read(run_of(args), like=args.like)
     if not recording.files or [*recording]:
         return recording
-    where = show_path(recording.files[0])
+    where = shown(recording.files[0])
     if passed := recording.passed():
         which = ", ".join(f"{topic} ({why})" for topic, why in passed.items())
         raise ExperimentError(
@@ -164,7 +155,28 @@ def short_key(key: str, fabric: str) -> str:
     return key.removeprefix(f"{fabric}/")
 
 
-def value_of(text: str) -> Any:
+def pairs(given: Iterable[str], example: str) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each `NAME=VALUE`. Raises ExperimentError."""
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise ExperimentError(
+                f"expected NAME=VALUE, such as {example}; got {text!r}. (R0910)"
+            )
+        yield name, value
+
+
+def settings_of(given: Iterable[str], example: str) -> dict[str, Any]:
+    """Return the settings of `--set`, by name, each value as in a TOML file.
+
+    A text, such as a number with its unit, needs no quotes.
+    """
+    from rems_net.toml import value_of
+
+    return {name: value_of(text) for name, text in pairs(given, f"--set {example}")}
+
+
+def json_or_text(text: str) -> Any:
     """Return a number, true, false, a list ... if the text is JSON; else the text."""
     import json
 
@@ -174,12 +186,23 @@ def value_of(text: str) -> Any:
         return text
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Raise ExperimentError if this block cannot write the file."""
+    try:
+        yield
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot write {path}: {error.strerror}. (R0905)"
+        ) from None
+
+
 def show_files(files: Sequence[Path]) -> None:
     """Print the paths of a run's files."""
     from rems_net.recordings.names import natural
 
     for i, path in enumerate(sorted(files, key=natural)):
-        print(f"{'' if i else 'files':<9}{show_path(path)}")
+        print(f"{'' if i else 'files':<9}{shown(path)}")
     if not files:
         print("The outputs wrote no files.")
 

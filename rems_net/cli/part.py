@@ -18,8 +18,9 @@ from rems_net.agents.experiment.checking.settings import origin
 from rems_net.agents.parts import Part
 from rems_net.agents.ports import In, Port, Settings
 from rems_net.agents.verbs import verb_names
-from rems_net.cli.options import MANY, plain_table, show_path, sum_up
+from rems_net.cli.options import MANY, plain_table, sum_up
 from rems_net.defdict import Field, Schema
+from rems_net.errors import shown
 from rems_net.libraries import no_wheels
 
 #: settings by kind of part: a definition has parameters of its own, a driver options
@@ -97,8 +98,8 @@ def _field(field: Field, default: object) -> dict[str, Any]:
         plain["range"] = list(field.range)
     if field.choices:
         plain["choices"] = list(field.choices)
-    shown = sum_up(default) if prod(field.shape) > MANY else default
-    return {**plain, "default": shown, "doc": field.doc}
+    brief = sum_up(default) if prod(field.shape) > MANY else default
+    return {**plain, "default": brief, "doc": field.doc}
 
 
 def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
@@ -117,30 +118,23 @@ def _verb(cls: type[Agent], name: str) -> tuple[str, str]:
 
 def _use(part: Part, cls: type[Agent]) -> Iterator[tuple[str, str]]:
     """Yield how to use it, in a file and in Python."""
-    options: dict[str, str] = {}
-    if part.kind in ("definition", "driver"):
+    head, more, options = part.kind, dict[str, str](), _to_be_said(cls)
+    if part.kind in SETTINGS:
         own = part.kind == "driver" and part.name in parts.by_name("definition")
         # a device's driver is used with its robot
         robot = part.name if own else "woodbot"
         words = {"definition": robot, "driver": "kinematic", part.kind: part.name}
-        table = {"name": "my_robot", **words}
-        head, call = "robot", [f'"{word}"' for word in table.values()]
-        options = _to_be_said(cls) if part.kind == "driver" else {}
+        head, table = "robot", {"name": "my_robot", **words}
     elif part.kind == "world":
         table, options = {"name": "arena"}, {"radius": "1 m"}
-        head, call = "world", ['"arena"']
     else:
         table = {"name": f"my_{part.kind}", "type": part.name}
-        head, call = part.kind, [f'"{word}"' for word in table.values()]
-        more = {
-            port: "robot/my_robot/state"
-            for port, i in cls.ins().items()
-            if not i.source
-        }
-        options = _to_be_said(cls)
-        table |= more
-        call += [f'{word}="{value}"' for word, value in more.items()]
-    lines = [f"[[{head}]]", *(f'{key} = "{value}"' for key, value in table.items())]
+        free = [port for port, one in cls.ins().items() if not one.source]
+        more = dict.fromkeys(free, "robot/my_robot/state")
+    call = [f'"{word}"' for word in table.values()]
+    call += [f'{word}="{value}"' for word, value in more.items()]
+    each = {**table, **more}.items()
+    lines = [f"[[{head}]]", *(f'{key} = "{value}"' for key, value in each)]
     if options:
         toml = ", ".join(f'{word} = "{value}"' for word, value in options.items())
         python = ", ".join(f'"{word}": "{value}"' for word, value in options.items())
@@ -190,7 +184,7 @@ def show(out: Console, one: Mapping[str, Any], *, first: bool = True) -> None:
             table.add_row(f"  {call}", doc)
         out.print(table)
     if one["file"]:
-        out.print(f"\nsource  {show_path(Path(one['file']))}", soft_wrap=True)
+        out.print(f"\nsource  {shown(Path(one['file']))}", soft_wrap=True)
     out.print("\nIn an experiment file, or in Python:\n")
     out.print(one["use"]["toml"], soft_wrap=True)
     out.print(f"\n{one['use']['python']}", soft_wrap=True)

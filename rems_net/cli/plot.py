@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from rems_net.cli.options import add_like, add_run, recording_of, show_path
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_like, add_run, recording_of, writing
+from rems_net.errors import ExperimentError, shown
 
 EXAMPLES = """\
 examples:
@@ -35,14 +35,11 @@ def run(args: argparse.Namespace) -> int:
     recording = recording_of(args)
     path = (args.out or recording.folder / "plot.png").absolute()
     try:
-        recording.plot(*args.fields, path=path)
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot write {path}: {error.strerror}. (R0905)"
-        ) from None
+        with writing(path):
+            recording.plot(*args.fields, path=path)
     except ValueError as error:
         if isinstance(error, ExperimentError):
             raise
         raise ExperimentError(f"cannot write {path}: {error}. (R0905)") from None
-    print(f"picture  {show_path(path)}")
+    print(f"picture  {shown(path)}")
     return 0

@@ -2,10 +2,9 @@
 
 import argparse
 import time
-from typing import Any
 
 from rems_net.agents.experiment.checking.settings import seconds
-from rems_net.cli.options import add_at, value_of
+from rems_net.cli.options import add_at, json_or_text, pairs
 from rems_net.client import join
 from rems_net.errors import ExperimentError
 from rems_net.router.keys import full_key
@@ -42,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
             f"{args.key} can't be put: only a robot takes commands. Type, for example: "
             "rems put robot/sim/command wheel/left=3 (R0904)"
         )
-    values = dict(_field(text) for text in args.fields)
+    values = {f: json_or_text(text) for f, text in pairs(args.fields, "wheel/left=3")}
     end = time.monotonic() + (seconds(args.during, "--for") if args.during else 0.0)
     with join(fabric=args.fabric, at=args.at) as fabric:
         robot = fabric.robot(name)
@@ -51,13 +50,3 @@ def run(args: argparse.Namespace) -> int:
             time.sleep(min(PERIOD, left))
             robot.command.update(values)
     return 0
-
-
-def _field(text: str) -> tuple[str, Any]:
-    """Return the field and the value of `FIELD=VALUE`. Raises ExperimentError."""
-    field, equals, value = text.partition("=")
-    if not equals or not field:
-        raise ExperimentError(
-            f"expected FIELD=VALUE, such as wheel/left=3; got {text!r}. (R0910)"
-        )
-    return field, value_of(value)

@@ -5,7 +5,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rems_net.agents.experiment.again.replayed import replayed
-from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.display import usual
 from rems_net.cli.info import recording_in
 from rems_net.cli.options import add_fabric, fabric_of
@@ -35,16 +34,8 @@ def run(args: argparse.Namespace) -> int:
     """Play the recording to its end."""
     lab, left_out = replayed(recording_in(args.path))
     lab.fabric = fabric_of(args)
-    pace = args.pace if args.pace == "fast" else check_pace(_number(args.pace))
     for key in left_out:
         print(f"{key} is not played: what plays has no worlds.")
     with TemporaryDirectory() as folder:
-        lab.run(Path(folder) / "replay", pace=pace, show=usual(lab.name))
+        lab.run(Path(folder) / "replay", pace=args.pace, show=usual(lab.name))
     return 0
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -6,8 +6,8 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from rems_net.cli.options import plain_table, show_path, warn
-from rems_net.errors import ExperimentError, MissingPartError
+from rems_net.cli.options import plain_table, warn
+from rems_net.errors import ExperimentError, MissingPartError, shown
 from rems_net.recordings.comparison import CROWD, Pair, Trajectory, reference
 from rems_net.recordings.csv_file import heading
 from rems_net.recordings.differences import MANY, Difference
@@ -59,7 +59,7 @@ def _picture(
 ) -> None:
     try:
         draw(folder / PICTURE, title, robots, pairs)
-        out.print(f"picture  {show_path(folder / PICTURE)}", soft_wrap=True)
+        out.print(f"picture  {shown(folder / PICTURE)}", soft_wrap=True)
     except MissingPartError as error:
         warn(error)
     except OSError as error:
@@ -111,10 +111,10 @@ def why_lines(
     """
     names = [*dict.fromkeys(name for pair in pairs for name in (pair.a, pair.b))]
     first = reference(names)
-    folders, origin = show_path(recording.folder), f" from {first}"
+    folders, origin = shown(recording.folder), f" from {first}"
     if isinstance(recording, Together):
         couples = [*dict.fromkeys((one.a, one.b) for one in pairs)]
-        folders, origin = f"{folders} {show_path(recording.other.folder)}", ""
+        folders, origin = f"{folders} {shown(recording.other.folder)}", ""
     else:
         met = {
             name for one in pairs if first in (one.a, one.b) for name in (one.a, one.b)

@@ -2,16 +2,15 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from rems_net.agents.experiment.again.changed import value_of
 from rems_net.agents.experiment.again.compared import Compared, Difference, compare
 from rems_net.agents.experiment.again.rebuilt import rebuild
 from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.cli.info import recording_in
-from rems_net.cli.options import add_run, run_of
-from rems_net.errors import ExperimentError
+from rems_net.cli.options import add_run, pairs, run_of
+from rems_net.toml import value_of
 
 EXAMPLES = """\
 examples:
@@ -66,9 +65,9 @@ def run(args: argparse.Namespace) -> int:
     if here not in sys.path:  # as for `python lab.py`
         sys.path.insert(0, here)
     rebuilt = rebuild(recording_in(run_of(args)), Path())
-    for key, cls in pairs(args.replace, "--replace", "process/pid=mine.py:Better"):
+    for key, cls in pairs(args.replace, "--replace process/pid=mine.py:Better"):
         rebuilt.replace(key, cls)
-    for where, text in pairs(args.set, "--set", 'robot/sim.track="130 mm"'):
+    for where, text in pairs(args.set, '--set robot/sim.track="130 mm"'):
         rebuilt.set(where, value_of(text))
     if args.only:
         rebuilt.only(args.only)
@@ -79,17 +78,6 @@ def run(args: argparse.Namespace) -> int:
     result = compare(rebuilt, fabric=args.fabric)
     show(result, rebuilt.lab.dt, rebuilt.told.ticks, print)
     return DIFFERS if result.differ else 0
-
-
-def pairs(given: Iterable[str], option: str, example: str) -> Iterable[tuple[str, str]]:
-    """Yield name and value of `NAME=VALUE`. Raises ExperimentError."""
-    for text in given:
-        name, equals, value = text.partition("=")
-        if not (name and equals and value):
-            raise ExperimentError(
-                f"{option} {text!r}: expected such as {example}. (R0910)"
-            )
-        yield name, value
 
 
 def show(result: Compared, dt: float, ticks: int, put: Callable[[str], object]) -> None:

@@ -9,11 +9,9 @@ from typing import Any
 
 from rems_net.agents.experiment.checking.settings import check_pace, check_seed
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.options import (
-    add_experiment,
     add_fabric,
     console,
     fabric_of,
@@ -21,9 +19,10 @@ from rems_net.cli.options import (
     show_files,
     warn,
 )
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.script import run_experiment
 from rems_net.errors import AgentError, ExperimentError, FabricError, RemsError
 from rems_net.events import Event
+from rems_net.libraries import look_for
 
 EXAMPLES = """\
 examples:
@@ -44,7 +43,12 @@ reports. With --json, what it prints itself goes to stderr.
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    add_experiment(parser)
+    parser.add_argument(
+        "experiment",
+        metavar="EXPERIMENT.toml",
+        type=Path,
+        help="an experiment, or a script (EXPERIMENT.py) that runs one",
+    )
     parser.add_argument(
         "--alone",
         action="store_true",
@@ -111,24 +115,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _run(args: argparse.Namespace) -> None:
-    if args.experiment.suffix == ".py":
-        if not args.direct:  # before a zenoh.py next to the script can hide another
-            import_module("rems_net.agents.experiment.display")
-            import_module("rems_net.agents.experiment.run")
-        run_script(args.experiment, args.words, Runner(args))
-    else:
-        no_words(args.experiment, args.words)
-        go(load(args.experiment), args, args.experiment)
-
-
-def go(experiment: Experiment, args: argparse.Namespace, source: Path) -> None:
-    """Run an experiment. Raises AgentError if it fails after its beginning."""
-    runner = Runner(args)
-    try:
-        runner(experiment)
-    except ExperimentError as error:
-        with located(source):
-            raise error
+    if args.experiment.suffix == ".py" and not args.direct:
+        # before a zenoh.py next to the script can hide another
+        import_module("rems_net.agents.experiment.display")
+        import_module("rems_net.agents.experiment.run")
+    run_experiment(args.experiment, args.words, Runner(args))
 
 
 class Runner:
@@ -202,9 +193,8 @@ class Runner:
     def _with_page(self, show: Show, direct: bool) -> Show:
         """Return the display with a page beside it."""
         from rems_net.cli.beside import WithPage
-        from rems_net.cli.dashboard import check_library
 
-        check_library()
+        look_for("websockets", "dashboard")
         if direct:
             raise ExperimentError(
                 "--dashboard looks at a run on a fabric, and a direct run is on none; "

@@ -1,4 +1,4 @@
-"""A user's script, run by `rems` as `python script.py` would run it."""
+"""A user's experiment: a file, or a script, run as `python script.py` would run it."""
 
 import runpy
 import sys
@@ -9,7 +9,37 @@ from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.errors import AgentError, ExperimentError, RemsError, whereabouts
+from rems_net.agents.experiment.file import load, located
+from rems_net.errors import (
+    AgentError,
+    ExperimentError,
+    FabricError,
+    RemsError,
+    whereabouts,
+)
+
+
+def run_experiment(path: Path, words: Sequence[str], runner: registry.Runner) -> None:
+    """Run the experiment in a file, or a script with `words` as its arguments.
+
+    runner: runs each experiment. Raises ExperimentError with the place in the file.
+    """
+    if path.suffix == ".py":
+        run_script(path, words, runner)
+        return
+    if words:
+        raise ExperimentError(
+            f"{path} takes no arguments of its own, but got "
+            f"{' '.join(words)!r} after '--'; only a script (.py) does. (R0904)"
+        )
+    experiment = load(path)
+    try:
+        runner(experiment)
+    except (AgentError, FabricError):
+        raise
+    except RemsError as error:
+        with located(path):
+            raise error
 
 
 def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> None:
@@ -29,15 +59,6 @@ def run_script(path: Path, words: Sequence[str], runner: registry.Runner) -> Non
         made = runpy.run_path(str(path.absolute()), run_name="__main__")
     if not runs:
         raise _no_run(path, made)
-
-
-def no_words(path: object, words: Sequence[str]) -> None:
-    """Raise ExperimentError for arguments that only a script could take."""
-    if words:
-        raise ExperimentError(
-            f"{path} takes no arguments of its own, but got "
-            f"{' '.join(words)!r} after '--'; only a script (.py) does. (R0904)"
-        )
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 Nothing of rems_net runs while a user types: a script only looks words up.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 #: nouns and commands -> `rems_net.cli.completion.Words`
@@ -44,25 +44,33 @@ complete -o default -F _rems rems
 
 def bash(commands: Commands) -> str:
     """Return the script for bash, from version 3.2 on, as macOS has it."""
-    lists: list[str] = []
-    values: list[str] = []
-    for command, words in commands.items():
-        options = " ".join(words.options)
-        choices = " ".join(words.choices)
-        lists.append(
-            f'            "{command}") case "$word" in -*) list="{options}" ;; '
-            f'*) list="{choices}" ;; esac ;;'
-        )
-        values += _values(command, words, lambda some: f'"{" ".join(some)}"')
-    return _filled(_BASH, commands, values, lists)
+    return _filled(_BASH, commands, lambda words: f'"{" ".join(words)}"')
 
 
 def _filled(
-    script: str, commands: Commands, values: list[str], lists: list[str]
+    script: str, commands: Commands, listed: Callable[[Mapping[str, str]], str]
 ) -> str:
-    """Return the script of bash or zsh with its nouns, and the cases of its words."""
+    """Return the script of bash or zsh with its nouns, and the cases of its words.
+
+    listed: writes a list of the shell, from words and their effects.
+    """
+    lists: list[str] = []
+    values: list[str] = []
+    for command, words in commands.items():
+        lists.append(
+            f'            "{command}") case "$word" in '
+            f"-*) list={listed(words.options)} ;; "
+            f"*) list={listed(words.choices)} ;; esac ;;"
+        )
+        # the values of options, those with the same ones in one case
+        alike: dict[str, list[str]] = {}
+        for option, some in words.values.items():
+            text = listed(dict.fromkeys(some, ""))
+            alike.setdefault(text, []).append(f'"{command} {option}"')
+        for text, cases in alike.items():
+            values.append(f"        {'|'.join(cases)}) list={text} ;;")
     return (
-        script.replace("NOUNS", _nouns(commands))
+        script.replace("NOUNS", "|".join(_of_nouns(commands)))
         .replace("VALUES", "\n".join(values))
         .replace("LISTS", "\n".join(lists))
     )
@@ -94,20 +102,10 @@ def zsh(commands: Commands) -> str:
     """Return the script for zsh: words with their effects."""
 
     def array(words: Mapping[str, str]) -> str:
-        return " ".join(_quoted(f"{word}:{doc}") for word, doc in words.items())
+        each = (f"{word}:{doc}" if doc else word for word, doc in words.items())
+        return f"({' '.join(map(_quoted, each))})"
 
-    lists: list[str] = []
-    values: list[str] = []
-    for command, words in commands.items():
-        lists.append(
-            f'            "{command}") case "$word" in '
-            f"-*) list=({array(words.options)}) ;; "
-            f"*) list=({array(words.choices)}) ;; esac ;;"
-        )
-        values += _values(
-            command, words, lambda some: f"({' '.join(map(_quoted, some))})"
-        )
-    return _filled(_ZSH, commands, values, lists)
+    return _filled(_ZSH, commands, array)
 
 
 _FISH = """\
@@ -189,25 +187,6 @@ def _array(words: Iterable[str]) -> str:
 
 def _of_nouns(commands: Commands) -> list[str]:
     return list(dict.fromkeys(name.split()[0] for name in commands if " " in name))
-
-
-def _nouns(commands: Commands) -> str:
-    """Return the pattern of a noun, which one of its verbs follows."""
-    return "|".join(_of_nouns(commands))
-
-
-def _values(
-    command: str, words: Any, listed: Callable[[list[str]], str]
-) -> Iterator[str]:
-    """Yield the cases of a shell in which an option's value is completed.
-
-    listed: writes a list of the shell
-    """
-    alike: dict[str, list[str]] = {}
-    for option, some in words.values.items():
-        alike.setdefault(listed(some), []).append(f'"{command} {option}"')
-    for text, cases in alike.items():
-        yield f"        {'|'.join(cases)}) list={text} ;;"
 
 
 def _quoted(text: str) -> str:

@@ -1,14 +1,12 @@
 """`rems sweep EXPERIMENT`: an experiment, run many times, into one table."""
 
 import argparse
-from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from rems_net.cli.options import show_path, warn
-from rems_net.cli.rerun import pairs
-from rems_net.errors import ExperimentError, RemsError
+from rems_net.cli.options import pairs, warn
+from rems_net.errors import ExperimentError, RemsError, shown
 from rems_net.sweeps.factors import listed
 from rems_net.sweeps.store import CSV
 from rems_net.sweeps.sweep import MOST, sweep
@@ -64,12 +62,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Make all runs, show the progress, and print where the table is."""
-    settings: dict[str, object] = {}
-    for option, example in (
-        ("set", "robot/sim.track=90..130mm/9"),
-        ("replace", "robot/sim=kinematic,mujoco"),
-    ):
-        settings |= dict(pairs(getattr(args, option), f"--{option}", example))
+    settings = dict(pairs(args.set, "--set robot/sim.track=90..130mm/9"))
+    settings |= dict(pairs(args.replace, "--replace robot/sim=kinematic,mujoco"))
     try:
         with _cluster(args.on) as executor:
             result = sweep(
@@ -99,7 +93,7 @@ def _report(result: Swept, args: argparse.Namespace) -> int:
     if len(failed) > SHOWN:
         warn(f"and {len(failed) - SHOWN} more runs failed; the table has them.")
     files = [result.folder / CSV, *([result.parquet()] if args.parquet else [])]
-    print(f"{len(result)} runs, in {' and '.join(map(show_path, files))}")
+    print(f"{len(result)} runs, in {' and '.join(map(shown, files))}")
     return FAILED if failed else 0
 
 
@@ -114,24 +108,20 @@ def _seeds(text: str) -> int | list[int]:
     return numbers if "," in text else numbers[0]
 
 
-@contextmanager
-def _cluster(text: str) -> Iterator[Executor | None]:
-    """Yield the executor of a cluster, or None without one. Raises ExperimentError."""
+def _cluster(text: str) -> AbstractContextManager[Executor | None]:
+    """Return the executor of a cluster, or None without one. Raises ExperimentError."""
     kind, _, address = text.partition("=")
     if not text:
-        yield None
-    elif kind == "dask" and address:
-        from rems_net.sweeps.on_dask import DaskExecutor
+        return nullcontext()
+    if kind == "dask" and address:
+        from rems_net.sweeps.on_dask import dask_executor
 
-        with DaskExecutor(address) as executor:
-            yield executor
-    elif kind == "ray" and address:
+        return dask_executor(address)
+    if kind == "ray" and address:
         from rems_net.sweeps.on_ray import RayExecutor
 
-        with RayExecutor(address) as executor:
-            yield executor
-    else:
-        raise ExperimentError(
-            f"--on {text!r}: expected dask=ADDRESS or ray=ADDRESS, such as "
-            "--on dask=tcp://10.0.0.5:8786. (R1027)"
-        )
+        return RayExecutor(address)
+    raise ExperimentError(
+        f"--on {text!r}: expected dask=ADDRESS or ray=ADDRESS, such as "
+        "--on dask=tcp://10.0.0.5:8786. (R1027)"
+    )

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections.abc import Set
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -38,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     with join(fabric=args.fabric, at=args.at) as fabric:
         key = full_key(args.key, fabric.session.fabric)
         port, field = split(key)
-        here = _processes(fabric)
+        processes = {agent["host"] for agent in fabric.agents()}
         if not fabric.get(key):
             raise fabric.nothing_at(key)
         watcher = Watcher(fabric)
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
             # Another run may have taken the port of this one; and any program can put a
             # tick of its own.
             doubt = not isinstance(mail, Mail) or watcher.is_of_another_run(mail)
-            if doubt and not here & _processes(fabric, or_none=True):
+            if doubt and _has_ended(fabric, processes):
                 warn("the fabric has ended.")
                 return 0
             line = lines.line(mail, args.json) if isinstance(mail, Mail) else None
@@ -104,14 +105,9 @@ class Lines:
         return f"{when}  {short}  {shown}"
 
 
-def _processes(fabric: Fabric, *, or_none: bool = False) -> set[str]:
-    """Return the processes of the run. Raises FabricError if there is none.
-
-    or_none: return an empty set instead
-    """
+def _has_ended(fabric: Fabric, processes: Set[str]) -> bool:
+    """Return whether none of the run's processes is there any more."""
     try:
-        return {agent["host"] for agent in fabric.agents()}
+        return not processes & {agent["host"] for agent in fabric.agents()}
     except FabricError:
-        if not or_none:
-            raise
-        return set()
+        return True

@@ -15,6 +15,7 @@ from typing import Any
 
 import rems_net
 from rems_net.router.asking import printable
+from rems_net.router.keys import agent_of
 from rems_net.router.mail import Mail
 from rems_net.router.session import Session
 
@@ -132,7 +133,7 @@ def _twice(session: Session) -> Iterator[Finding]:
     key = session.key("*", "*", "@schema")
     counts = Counter(mail.key for mail in session.ask(key, timeout=2.0))
     for full in sorted(key for key, count in counts.items() if count > 1)[:TOLD]:
-        agent = printable("/".join(full.split("/")[1:3]))
+        agent = printable(agent_of(full))
         yield Finding(
             False,
             f"{counts[full]} programs answer for {agent}: end all but one, or give it "
@@ -147,7 +148,7 @@ def _definitions(session: Session) -> Iterator[Finding]:
         of = _read(mail).get("made_of")
         if isinstance(of, list) and len(of) == 2:
             name, digest = (printable(str(one)[:80]) for one in of)
-            agent = printable("/".join(mail.key.split("/")[1:3]))
+            agent = printable(agent_of(mail.key))
             found.setdefault(name, {}).setdefault(digest, agent)
     unlike = [(name, made) for name, made in sorted(found.items()) if len(made) > 1]
     for name, made in unlike[:TOLD]:

@@ -20,7 +20,7 @@ from rems_net.errors import FabricError, RemsError, nearest, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal, meets, printable
 from rems_net.router.gate.identity import check_member
-from rems_net.router.keys import is_name
+from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.session import DOUBT, Session
 
@@ -173,7 +173,7 @@ class Client:
     def _present(self, *chunks: str) -> list[str]:
         """Return the present agents whose keys match."""
         tokens = self.session.who(self.session.key(*chunks, "@alive"))
-        seen = {_agent(token) for token in tokens}
+        seen = {agent_of(token) for token in tokens}
         crowds = {agent for agent in seen if agent.endswith("/*")}
         if crowds:  # the clock knows the agents of a host with many
             seen.update(a for a in self._members() if f"{a.split('/')[0]}/*" in crowds)
@@ -207,7 +207,7 @@ class Client:
                 before = len(gathered.values), len(missing)
                 for came in second.come():
                     if (mail := heard.hear(came)) is not None:
-                        missing.discard(_agent(mail.key))
+                        missing.discard(agent_of(mail.key))
                 # Read these after the second: an agent answers the first question
                 # first.
                 for came in asking.come():
@@ -254,8 +254,3 @@ class Client:
             f"{nothing or f'there is no {agent}'}."
             f"{hint if agents and agent not in agents else ''} (R0602)"
         )
-
-
-def _agent(key: str) -> str:
-    """Return `robot/sim` for `rems/robot/sim/state`."""
-    return "/".join(key.split("/")[1:3])

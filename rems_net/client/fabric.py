@@ -32,7 +32,7 @@ from rems_net.errors import ExperimentError, FabricError, nearest, some
 from rems_net.events import warn
 from rems_net.interrupts import CLOSING
 from rems_net.router.find import chosen, open_session, others
-from rems_net.router.keys import full_key
+from rems_net.router.keys import agent_of, full_key
 from rems_net.router.session import Session
 
 
@@ -160,7 +160,7 @@ class Fabric:
         found: dict[str, str] = {}
         for mail in self.session.ask(self.session.key("*", "*", "@driver"), None, 0.5):
             with suppress(*NONSENSE):  # any program can answer there
-                found["/".join(mail.key.split("/")[1:3])] = read_holder(mail)
+                found[agent_of(mail.key)] = read_holder(mail)
         return found
 
     def warn_if_stopped(self, robot: str) -> None:

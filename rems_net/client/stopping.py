@@ -23,6 +23,7 @@ from rems_net.router.asking import Asking, Refusal
 from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.stops import who_stopped
 from rems_net.router.gate.users import OWNER
+from rems_net.router.keys import agent_of
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
@@ -177,7 +178,7 @@ def _read_receipt(mail: Mail) -> Receipt:
         raise WireError("it is no receipt (R0621)")
     if type(when) not in (int, float) or not math.isfinite(when):
         raise WireError("it is no receipt (R0621)")
-    robot = "/".join(mail.key.split("/")[1:3])
+    robot = agent_of(mail.key)
     return Receipt(robot, stands and stopped is True, tick, float(when))
 
 

@@ -11,7 +11,6 @@ from rems_net.client.client import NOBODY, Client
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router.asking import printable
-from rems_net.router.keys import full_key
 from rems_net.router.mail import Mail
 
 #: s. A longer time without a tick, of the run or of a member, is reported.
@@ -28,10 +27,8 @@ def why(
     rows: the roster.  schemas: of the ports of the agent. Raises ExperimentError for a
     port that it does not have.
     """
-    fabric = client.session.fabric
-    kind, name, *rest = full_key(key, fabric).removeprefix(f"{fabric}/").split("/")
-    agent = f"{kind}/{name}"
-    port = rest[0] if rest else ""
+    kind, name, *rest = key.split("/")
+    agent, port = f"{kind}/{name}", rest[0] if rest else ""
     told = client.ask(f"{agent}/@why", _read)
     ports = list(dict.fromkeys([*schemas, *told["ins"]]))
     if port and port not in ports:
@@ -118,7 +115,6 @@ def _read(mail: Mail) -> dict[str, Any]:
             "source": printable(one["source"]),
             "heard": None if one["heard"] is None else _number(one["heard"]),
             "max_age": _number(one.get("max_age", 1e9)),
-            "dropped": int(one["dropped"]),
             "reasons": [(int(n), printable(said)) for n, said in one["reasons"]],
         }
         for port, one in told["ins"].items()

@@ -25,7 +25,7 @@ from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
 from rems_net.router.asking import printable
-from rems_net.router.keys import is_name
+from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, read
 from rems_net.router.session import Session
@@ -160,7 +160,7 @@ class Requests:
         for mail in session.ask(session.key("robot", "*", "@stopped"), timeout=SHORT):
             with suppress(*NONSENSE):
                 plain: Any = read(mail.payload)
-                robot = printable("/".join(mail.key.split("/")[1:3]))
+                robot = printable(agent_of(mail.key))
                 found[robot] = plain["stands"] is True and plain["stopped"] is True
         return found
 
@@ -214,7 +214,7 @@ class Requests:
             if len(gathered.values) < MOST:
                 gathered.hear(mail)
         for full, value in gathered.values.items():
-            yield "/".join(full.split("/")[1:3]), value
+            yield agent_of(full), value
 
 
 def look_at(

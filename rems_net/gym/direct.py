@@ -12,7 +12,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.tick import Tick, time_of
 from rems_net.defdict import DefDict
 from rems_net.errors import AgentError
-from rems_net.gym.offered import Starts, beginnings, begins_by_verbs, with_starts
+from rems_net.gym.offered import Ports, Starts, beginnings, begins_by_verbs, with_starts
 
 if TYPE_CHECKING:
     from rems_net.drivers.physics.physics import Physics
@@ -21,19 +21,14 @@ if TYPE_CHECKING:
 class Direct:
     """An experiment in this process, with values that an environment puts.
 
-    act, observe: keys of Ins and of ports.  ticks: of one step.  out: folder of the
-    recording; None for none.
+    ports: what is put and read.  ticks: of one step.  out: folder of the recording;
+    None for none.
     """
 
     def __init__(
-        self,
-        lab: Experiment,
-        act: Sequence[str],
-        observe: Sequence[str],
-        ticks: int,
-        out: Path | str | None = None,
+        self, lab: Experiment, ports: Ports, ticks: int, out: Path | str | None = None
     ):
-        self.lab, self.act, self.observe, self.ticks = lab, act, observe, ticks
+        self.lab, self.ports, self.ticks = lab, ports, ticks
         self._engine: Solo = lab.engine(out)
         self._opened = False
 
@@ -50,8 +45,8 @@ class Direct:
         elif not self._opened:
             engine.open()
         if not (verbs and self._opened):
-            self._ins = [engine.inlet(key) for key in self.act]
-            ports = [key.rpartition("/") for key in self.observe]
+            self._ins = [engine.inlet(key) for key in self.ports.act]
+            ports = [key.rpartition("/") for key in self.ports.observe]
             self._ports = [(engine[key].__dict__, port) for key, _, port in ports]
         self._opened = True
         for key, initial in beginnings(self.lab, starts) if verbs else ():

@@ -1,6 +1,6 @@
 """Env: one environment, in Gymnasium's terms, on a stage of robots."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 from pathlib import Path
 from random import Random
@@ -13,7 +13,7 @@ from rems_net.events import warn
 from rems_net.gym.direct import Direct
 from rems_net.gym.fabric import OnFabric
 from rems_net.gym.library import Env
-from rems_net.gym.offered import Starts
+from rems_net.gym.offered import Ports, Starts
 from rems_net.gym.spaces import Layout
 from rems_net.gym.task import Moment, Names, Task, judges
 
@@ -28,28 +28,28 @@ OPTIONS = {"record", "start"}
 class Given:
     """The settings of an environment, checked.
 
-    act, observe: layouts of actions and observations.  task: rewards, ends, starts.
-    robots: keys of those that start somewhere.
-    steps: number of steps after which an episode is cut off; 0 for never.  clip:
+    task: rewards, ends, starts.  steps: number of steps after which an episode is cut
+    off; 0 for never.  normalise: numbers that have a range go from -1 to 1.  clip:
     whether an action out of range is limited.  seed: of the first episode without one.
     """
 
     def __init__(
         self,
-        act: Layout,
-        observe: Layout,
+        ports: Ports,
         task: Task,
-        robots: Collection[str],
         *,
         steps: int,
+        normalise: bool,
         clip: bool,
         seed: int,
     ):
-        self.act, self.observe, self.task = act, observe, task
-        self.robots = robots
-        self.steps, self.clip, self.seed = steps, clip, seed
-        self.names = Names({**observe.schemas, **act.schemas})
-        self.units = {**act.units, **observe.units}
+        self.act = Layout(ports.act, normalise=normalise, acts=True)
+        self.observe = Layout(ports.observe, normalise=normalise, acts=False)
+        self.task, self.steps, self.clip, self.seed = task, steps, clip, seed
+        #: keys of the robots that start somewhere
+        self.robots = ports.starts.keys()
+        self.names = Names({**ports.observe, **ports.act})
+        self.units = {**self.act.units, **self.observe.units}
         self._warned = False
 
     def judged(self, now: Moment, before: Moment) -> tuple[float, bool]:

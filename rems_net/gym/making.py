@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.file import load
 from rems_net.arguments import taught
-from rems_net.defdict import Schema, parse_quantity
+from rems_net.defdict import parse_quantity
 from rems_net.defdict.expression import Value, compiled
 from rems_net.errors import ExperimentError, RemsError, because, nearest
 from rems_net.gym.direct import Direct
 from rems_net.gym.env import Given, RobotEnv, Stage
 from rems_net.gym.fabric import OnFabric
-from rems_net.gym.offered import Ports, check_here, checked
-from rems_net.gym.spaces import Layout
+from rems_net.gym.offered import Ports, checked
 from rems_net.gym.task import Drawn, Moment, Names, Task
 from rems_net.gym.vector import AsColumns, AsEngines, AsStages, VectorRobots
 
@@ -65,19 +64,23 @@ def make(
     robots without noise are computed as arrays, others by threads. Raises
     ExperimentError.
     """
-    lab = _loaded(lab, fabric)
-    ports = checked(lab, _keys(act, "act"), _keys(observe, "observe"))
+    lab = lab if isinstance(lab, Experiment) else load(lab)
+    ports = checked(lab, _keys(act, "act"), _keys(observe, "observe"), here=not fabric)
     made = _task(task, reward, ends, start, ports)
-    steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
-    given = _given(lab, ports, made, steps, normalise=normalise, clip=clip)
+    ticks = _ticks(ticks, ports.every)
+    steps = _steps(limit, lab, ticks, bool(ends or task))
+    given = Given(
+        ports, made, steps=steps, normalise=normalise, clip=clip, seed=lab.seed
+    )
     if vector is not None:
-        return _many(vector, lab, given, _ticks(ticks, ports.every), out, fabric)
+        return _many(vector, lab, ports, given, ticks, out, fabric)
     return _env(lab, ports, given, ticks, out, fabric)
 
 
 def _many(
     count: int,
     lab: Experiment,
+    ports: Ports,
     given: Given,
     ticks: int,
     out: Path | str | None,
@@ -90,41 +93,14 @@ def _many(
             "whole number from 1, and neither of the others: they are for one "
             "environment. (R0929)"
         )
-    acts, looks = [*given.act.schemas], [*given.observe.schemas]
     robot, *others = lab.check().values()
-    alone = not others and acts == [f"{robot.key}/command"]
+    alone = not others and [*ports.act] == [f"{robot.key}/command"]
     if alone and AsColumns.fit(robot, ticks * lab.dt):
-        return VectorRobots(given, count, AsColumns(robot, looks, count, lab.dt, ticks))
+        columns = AsColumns(robot, [*ports.observe], count, lab.dt, ticks)
+        return VectorRobots(given, count, columns)
     kind = AsEngines if alone and AsEngines.fit(robot) else AsStages
-    several = kind(lambda: Direct(lab, acts, looks, ticks), given, count)
+    several = kind(lambda: Direct(lab, ports, ticks), given, count)
     return VectorRobots(given, count, several)
-
-
-def _loaded(lab: Path | str | Experiment, fabric: bool) -> Experiment:
-    lab = lab if isinstance(lab, Experiment) else load(lab)
-    if not fabric:
-        check_here(lab.check())
-    return lab
-
-
-def _given(
-    lab: Experiment,
-    ports: Ports,
-    task: Task,
-    steps: int,
-    *,
-    normalise: bool,
-    clip: bool,
-) -> Given:
-    return Given(
-        Layout(ports.act, normalise=normalise, acts=True),
-        Layout(ports.observe, normalise=normalise, acts=False),
-        task,
-        ports.starts,
-        steps=steps,
-        clip=clip,
-        seed=lab.seed,
-    )
 
 
 def _env(
@@ -135,14 +111,8 @@ def _env(
     out: Path | str | None,
     fabric: bool,
 ) -> RobotEnv:
-    ticks = _ticks(ticks, ports.every)
-
-    def stage(record: Path | str | None) -> Stage:
-        if fabric:
-            return OnFabric(lab, ports, ticks, record or out)
-        return Direct(lab, [*ports.act], [*ports.observe], ticks, record or out)
-
-    return RobotEnv(given, stage)
+    kind: type[Stage] = OnFabric if fabric else Direct
+    return RobotEnv(given, lambda record: kind(lab, ports, ticks, record or out))
 
 
 @taught(ExperimentError)
@@ -170,7 +140,7 @@ def make_parallel(
     # Imported here: it needs PettingZoo.
     from rems_net.gym.parallel import parallel
 
-    lab = _loaded(lab, fabric)
+    lab = lab if isinstance(lab, Experiment) else load(lab)
     words: tuple[Any, ...] = (act, observe, reward, ends)
     for word, given in zip(("act", "observe", "reward", "ends"), words, strict=True):
         if not isinstance(given or {}, Mapping) or not {*(given or {})} <= {*act}:
@@ -187,18 +157,26 @@ def make_parallel(
     looks = {name: _keys(observe[name], f"observe of {name}") for name in act}
     every = _keys([key for keys in acts.values() for key in keys], "act")
     seen = [*dict.fromkeys(key for keys in looks.values() for key in keys)]
-    ports = checked(lab, every, seen)
-    steps = _steps(limit, lab, _ticks(ticks, ports.every), bool(ends or task))
+    ports = checked(lab, every, seen, here=not fabric)
+    ticks = _ticks(ticks, ports.every)
+    common: Any = {
+        "steps": _steps(limit, lab, ticks, bool(ends or task)),
+        "clip": clip,
+        "seed": lab.seed,
+    }
     each: dict[str, Given] = {}
     for name in act:
-        mine = checked(lab, acts[name], looks[name])
+        mine = ports._replace(
+            act={key: ports.act[key] for key in acts[name]},
+            observe={key: ports.observe[key] for key in looks[name]},
+        )
         tasks = (task or {}).get(name), (reward or {}).get(name, "")
         made = _task(*tasks, (ends or {}).get(name, ""), None, mine)
-        each[name] = _given(lab, mine, made, steps, normalise=normalise, clip=clip)
+        each[name] = Given(mine, made, normalise=normalise, **common)
     begins = (
         next(iter(each.values())).task if task else Drawn(start or {}, ports.starts)
     )
-    whole = _given(lab, ports, begins, steps, normalise=False, clip=clip)
+    whole = Given(ports, begins, normalise=False, **common)
     return parallel(each, _env(lab, ports, whole, ticks, out, fabric))
 
 
@@ -219,7 +197,8 @@ def woodbot(**settings: Any) -> Any:
 
 def _keys(given: Keys, what: str) -> list[str]:
     keys: list[Any] = [*given] if isinstance(given, list | tuple) else [given]
-    if all(isinstance(key, str) for key in keys) and len({*keys}) == len(keys):
+    named = keys and all(isinstance(key, str) for key in keys)
+    if named and len({*keys}) == len(keys):
         return keys
     raise ExperimentError(
         f"{what} is {given!r:.80}; expected a key or a list of different keys, such as "
@@ -227,13 +206,14 @@ def _keys(given: Keys, what: str) -> list[str]:
     )
 
 
-class Written(Task):
+class Written(Drawn):
     """A task of expressions."""
 
-    def __init__(self, reward: str, ends: str, names: Names, start: Task):
+    def __init__(self, reward: str, ends: str, start: Mapping[str, Any], ports: Ports):
+        super().__init__(start, ports.starts)
+        names = Names({**ports.observe, **ports.act})
         self._reward = _compiled(reward, names, "reward") if reward else None
         self._ends = _compiled(ends, names, "ends") if ends else None
-        self.start = start.start  # type: ignore[method-assign]
 
     def reward(self, now: Moment, before: Moment) -> Any:
         """Return the value of the expression, in SI units."""
@@ -280,11 +260,9 @@ def _task(
                     f"environment does not call.{hint} (R0926)"
                 )
         return made
-    begins = Drawn(start or {}, ports.starts)
-    if not (reward or ends):
-        return begins
-    schemas: dict[str, Schema] = {**ports.observe, **ports.act}
-    return Written(reward, ends, Names(schemas), begins)
+    if reward or ends:
+        return Written(reward, ends, start or {}, ports)
+    return Drawn(start or {}, ports.starts)
 
 
 def _ticks(given: int, every: int) -> int:

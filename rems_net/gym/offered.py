@@ -61,9 +61,16 @@ def with_starts(lab: Experiment, starts: Starts) -> None:
         lab.plans[key].initial = start_of(lab.plans[key], starts)
 
 
-def checked(lab: Experiment, act: Sequence[str], observe: Sequence[str]) -> Ports:
-    """Return the schemas of all ports of an environment. Raises ExperimentError."""
+def checked(
+    lab: Experiment, act: Sequence[str], observe: Sequence[str], *, here: bool
+) -> Ports:
+    """Return the schemas of all ports of an environment. Raises ExperimentError.
+
+    here: whether an engine in this process steps its agents
+    """
     agents = lab.check()
+    if here:
+        _check_here(agents)
     commands = _free(agents, lab.plans)
     known = {f"{k}/{p}": s for k, a in agents.items() for p, s in a.published().items()}
     for key in act:
@@ -75,12 +82,6 @@ def checked(lab: Experiment, act: Sequence[str], observe: Sequence[str]) -> Port
                 f"observe has {key!r}, and no agent writes that; there is "
                 f"{some(known)}.{nearest(key, known)} (R0926)"
             )
-    if not act or not observe:
-        raise ExperimentError(
-            f"act is {list(act)} and observe is {list(observe)}; expected at least one "
-            f"key each, such as act={next(iter(commands), 'robot/sim/command')!r}. "
-            "(R0926)"
-        )
     starts = {k: a.initial_schema for k, a in agents.items() if isinstance(a, Robot)}
     every = lcm(*(runtime(agent).every for agent in agents.values()))
     return Ports(
@@ -91,7 +92,7 @@ def checked(lab: Experiment, act: Sequence[str], observe: Sequence[str]) -> Port
     )
 
 
-def check_here(agents: Mapping[str, Agent]) -> None:
+def _check_here(agents: Mapping[str, Agent]) -> None:
     """Raise ExperimentError for robots that an engine in this process cannot step."""
     for key, agent in agents.items():
         if not agent.lockstep:

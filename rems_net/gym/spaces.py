@@ -238,7 +238,8 @@ class Layout:
         return value.leaves()[0]
 
     def _outside(self, numbers: list[float]) -> FieldValueError:
-        rows = zip(self._numbered(), numbers, self._low, self._high, strict=True)
+        names = [one.name for one in self.columns for _ in range(one.field.size)]
+        rows = zip(names, numbers, self._low, self._high, strict=True)
         name, number, low, high = next(
             row for row in rows if not row[2] <= row[1] <= row[3]
         )
@@ -251,9 +252,6 @@ class Layout:
         return FieldValueError(
             f"{name} of the action is {came}; expected {wanted}. {more} (R0923)"
         )
-
-    def _numbered(self) -> list[str]:
-        return [one.name for one in self.columns for _ in range(one.field.size)]
 
 
 def _check(column: Column, needs_range: bool) -> None:

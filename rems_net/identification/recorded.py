@@ -9,7 +9,7 @@ import numpy as np
 from rems_net import __version__
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition
-from rems_net.errors import ExperimentError, nearest, some
+from rems_net.errors import ExperimentError, nearest, shown, some
 from rems_net.identification.drive import Drive, drive_of
 from rems_net.identification.identify import identify as search
 from rems_net.identification.noise import noise_of
@@ -83,9 +83,7 @@ def _origin(
     files = {}
     for recording in recordings:
         path, _ = recording.source(_named(recording, name))
-        below = path.is_relative_to(Path.cwd())
-        shown = path.relative_to(Path.cwd()) if below else path
-        files[shown.as_posix()] = file_digest(path)
+        files[Path(shown(path)).as_posix()] = file_digest(path)
     digest = definition_digest(definition)
     versions = {"rems_net": __version__, "numpy": np.__version__}
     return Origin(name, definition.__name__, digest, files, versions)

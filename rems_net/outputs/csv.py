@@ -71,7 +71,7 @@ class CsvOutput(Output):
             found.setdefault(recorded(agent), {})[port] = key
         plan = []
         for name, by_port in found.items():
-            ports = dict(sorted(by_port.items(), key=_order))
+            ports = dict(sorted(by_port.items(), key=lambda item: order(item[0])))
             shape = {port: values[key].schema for port, key in ports.items()}
             if name not in self._files:
                 path, again = self.out / f"{name}.csv", bool(self.restarts)
@@ -157,7 +157,3 @@ class _File:
 
     def close(self) -> None:
         self._file.close()
-
-
-def _order(item: tuple[str, object]) -> tuple[int, str]:
-    return order(item[0])

@@ -66,6 +66,29 @@ def named(agent: str) -> str:
     return agent if agent.startswith(("input/", "process/")) else recorded(agent)
 
 
+def read_text(path: Path, shown: str) -> str:
+    """Return the text of a CSV file. Raises ExperimentError.
+
+    shown: its name in messages
+    """
+    try:
+        return plain(read_file(path, TABLE), shown)
+    except FileNotFoundError:
+        if shown.isprintable():
+            raise ExperimentError(
+                f"there is no file {whereabouts(path, '.csv')} (R0804)"
+            ) from None
+        raise ExperimentError(
+            f"there is no file {shown!r}: in double quotes a backslash is the "
+            "beginning of another character. Write the path in single quotes, or "
+            "with slashes. (R0804)"
+        ) from None
+    except OSError as error:
+        raise ExperimentError(
+            f"cannot read {shown}: {error.strerror}. (R0804)"
+        ) from None
+
+
 class CsvFile:
     """A file read whole; `shown` is what messages call it.
 
@@ -77,14 +100,7 @@ class CsvFile:
         self, path: Path, shown: str = "", time: tuple[str, str] | None = None
     ):
         self.path, self.shown = path, shown or path.name
-        try:
-            text = plain(read_file(path, TABLE), self.shown)
-        except FileNotFoundError:
-            raise self._missing() from None
-        except OSError as error:
-            raise ExperimentError(
-                f"cannot read {self.shown}: {error.strerror}. (R0804)"
-            ) from None
+        text = read_text(path, self.shown)
         self._rows = csv.reader(text.splitlines(keepends=True), strict=True)
         # Python reads 1_000 as a number; a slip of the hand is none.
         self._float = _strictly if "_" in text else float
@@ -97,17 +113,6 @@ class CsvFile:
             )
         self.columns = [_column(i, cell) for i, cell in enumerate(first)]
         self.time = self._time_column() if time is None else self._named(*time)
-
-    def _missing(self) -> ExperimentError:
-        if not self.shown.isprintable():
-            return ExperimentError(
-                f"there is no file {self.shown!r}: in double quotes a backslash is the "
-                "beginning of another character. Write the path in single quotes, or "
-                "with slashes. (R0804)"
-            )
-        return ExperimentError(
-            f"there is no file {whereabouts(self.path, '.csv')} (R0804)"
-        )
 
     def _named(self, name: str, unit: str) -> Column:
         names = [column.name for column in self.columns]

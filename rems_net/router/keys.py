@@ -58,6 +58,11 @@ def is_name(name: object) -> bool:
     return isinstance(name, str) and _NAME.fullmatch(name) is not None
 
 
+def agent_of(key: str) -> str:
+    """Return `robot/sim` for `rems/robot/sim/state`."""
+    return "/".join(key.split("/")[1:3])
+
+
 def full_key(key: str, fabric: str = FABRIC) -> str:
     """Return a key with its fabric: `rems/robot/sim/state` for `robot/sim/state`.
 

@@ -10,10 +10,9 @@ from math import prod
 from pathlib import Path
 from random import Random
 
-from rems_net.agents.experiment.again.changed import value_of
-from rems_net.errors import ExperimentError, whereabouts
-from rems_net.reading import TABLE, read_file
-from rems_net.recordings.spreadsheet import plain
+from rems_net.errors import ExperimentError
+from rems_net.recordings.csv_file import read_text
+from rems_net.toml import value_of
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?"
 #: `90..130 mm/9`
@@ -102,15 +101,13 @@ def points(
     if listed:
         fixed = {one.name: one.values[0] for one in factors}
         yield from ({**fixed, **point} for point in listed)
-    elif samples:
+        return
+    rows: Iterator[tuple[object, ...]] = product(*(one.values for one in factors))
+    if samples:
         columns = [_strata(one, samples, f"{seed} {one.name}") for one in factors]
-        names = [one.name for one in factors]
-        for values in zip(*columns, strict=True):
-            yield dict(zip(names, values, strict=True))
-    else:
-        names = [one.name for one in factors]
-        for values in product(*(one.values for one in factors)):
-            yield dict(zip(names, values, strict=True))
+        rows = zip(*columns, strict=True)
+    names = [one.name for one in factors]
+    yield from (dict(zip(names, values, strict=True)) for values in rows)
 
 
 def _strata(one: Factor, count: int, seed: str) -> list[object]:
@@ -172,17 +169,7 @@ def listed(path: Path) -> list[Point]:
 
     Raises ExperimentError.
     """
-    try:
-        text = plain(read_file(path, TABLE), path.name)
-    except FileNotFoundError:
-        raise ExperimentError(
-            f"there is no file {whereabouts(path, '.csv')} (R0804)"
-        ) from None
-    except OSError as error:
-        raise ExperimentError(
-            f"cannot read {path}: {error.strerror}. (R0804)"
-        ) from None
-    first, *rows = csv.reader(text.splitlines()) or [[]]
+    first, *rows = csv.reader(read_text(path, path.name).splitlines()) or [[]]
     heads = [_HEAD.fullmatch(one) for one in first]
     if not rows or not all(heads) or any(len(row) != len(first) for row in rows):
         raise ExperimentError(

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rems_net.agents.experiment.checking.settings import check_folder, make_folder
 from rems_net.agents.experiment.folder import move_away
-from rems_net.errors import ExperimentError, show_path as shown
+from rems_net.errors import ExperimentError, shown
 from rems_net.events import info
 from rems_net.reading import TABLE, read_file
 from rems_net.recordings.recording import SWEEP

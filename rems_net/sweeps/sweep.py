@@ -7,6 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import contextmanager, suppress
 from copy import copy
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 from rems_net.agents import registry
@@ -89,7 +90,7 @@ def sweep(
     _check_words(workers, executor, samples)
     every = _seeds(seeds, lab.seed)
     _check_size(check_points(factors, samples, points), len(every), most)
-    runs = [*_runs(lab.seed, factors, samples, points, every)]
+    runs = _runs(lab.seed, factors, samples, points, every)
     spec = described(lab, _variants(lab, runs), some)
     columns = _check(lab, runs, some)
     store = Store(Path(out or Path("runs") / f"{lab.name}_sweep"), len(runs))
@@ -159,12 +160,9 @@ def _runs(
     samples: int,
     listed: Sequence[Point],
     seeds: Sequence[int],
-) -> Iterator[Run]:
-    number = 0
-    for point in points(factors, samples, listed, seed):
-        for one in seeds:
-            number += 1
-            yield Run(number, one, point)
+) -> list[Run]:
+    each = product(points(factors, samples, listed, seed), seeds)
+    return [Run(number, one, point) for number, (point, one) in enumerate(each, 1)]
 
 
 def _variants(lab: Experiment, runs: Sequence[Run]) -> Manifest:
@@ -243,11 +241,11 @@ def _writing(store: Store, result: Swept, rows: Mapping[int, Row]) -> Iterator[N
     try:
         yield
     except BaseException:
-        result.fill([*rows.values()])
+        result.rows = sorted(rows.values())
         with suppress(ExperimentError):  # the first error is the one to report
             store.tables(result.csv())
         raise
-    result.fill([*rows.values()])
+    result.rows = sorted(rows.values())
     store.tables(result.csv())
 
 

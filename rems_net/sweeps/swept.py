@@ -22,12 +22,9 @@ class Swept:
     def __init__(
         self, folder: Path, runs: Sequence[Run], names: Sequence[str], some: list[str]
     ):
-        self.folder, self.rows = folder, list[Row]()
+        self.folder = folder
+        self.rows: Sequence[Row] = ()
         self._runs, self._names, self._some = runs, names, some
-
-    def fill(self, rows: Sequence[Row]) -> None:
-        """Take the rows, in any order."""
-        self.rows = sorted(rows)
 
     def _columns(self) -> list[Column]:
         return columns(self._runs, self.rows, self._names, self._some)

@@ -14,13 +14,13 @@ from threading import Event, Thread
 from rems_net.errors import ExperimentError, some
 
 _RECORD = Struct("<IhBB")
-_BUTTON, _AXIS, _AT_START = 1, 2, 128
+_AXIS, _AT_START = 2, 128
 #: value of an axis at its end
 _END = 32767.0
 #: s. The thread looks so often whether it shall end.
 _LOOK = 0.1
-#: numbers of axes and of buttons that are kept
-AXES, BUTTONS = 16, 32
+#: numbers of axes that are kept
+AXES = 16
 FOLDER = Path("/dev/input")
 
 
@@ -57,15 +57,15 @@ def _here() -> str:
 
 
 class Joystick:
-    """The newest values of a gamepad's axes and buttons.
+    """The newest values of a gamepad's axes.
 
-    axes: from -1 to 1, by number.  buttons: 0 or 1, by number.  here: whether the
-    gamepad is connected; else everything is at rest.
+    axes: from -1 to 1, by number.  here: whether the gamepad is connected; else
+    everything is at rest.
     """
 
     def __init__(self, path: Path):
         self.path = path
-        self.axes, self.buttons = [0.0] * AXES, [0] * BUTTONS
+        self.axes = [0.0] * AXES
         #: numbers of the axes that the gamepad has
         self.known: set[int] = set()
         self.here = True
@@ -108,12 +108,9 @@ class Joystick:
     def _leave(self) -> None:
         """Put everything at rest: a gamepad that is gone holds no stick."""
         self.here = False
-        self.axes, self.buttons = [0.0] * AXES, [0] * BUTTONS
+        self.axes = [0.0] * AXES
 
     def _take(self, _: int, value: int, kind: int, number: int) -> None:
-        kind &= ~_AT_START
-        if kind == _AXIS and number < AXES:
+        if kind & ~_AT_START == _AXIS and number < AXES:
             self.known.add(number)
             self.axes[number] = max(-1.0, value / _END)
-        elif kind == _BUTTON and number < BUTTONS:
-            self.buttons[number] = int(value != 0)

@@ -10,7 +10,7 @@ from typing import Any
 
 from rems_net.errors import ExperimentError, some
 from rems_net.libraries import load
-from rems_net.teleop.joystick import AXES, BUTTONS
+from rems_net.teleop.joystick import AXES
 
 #: s. Between two looks at the gamepad; SDL has no call that waits without a window.
 PERIOD = 0.01
@@ -18,13 +18,11 @@ PERIOD = 0.01
 SEARCH = 0.5
 #: SDL's numbers of: left x and y, left trigger, right x and y, right trigger
 ORDER = (0, 1, 4, 2, 3, 5)
-#: number of buttons of a gamepad, in SDL's order: a, b, x, y, ...
-_PUSHED = 15
 _END = 32767.0
 
 
 class SdlPad:
-    """The newest values of a gamepad's axes and buttons, as of `Joystick`.
+    """The newest values of a gamepad's axes, as of `Joystick`.
 
     device: its number, "0" for the first one; "" for the only one.  Raises
     ExperimentError if there is none or several, or if SDL does not know its axes;
@@ -37,7 +35,7 @@ class SdlPad:
         self._controller = load("pygame._sdl2.controller", "gamepad")
         self._device = device
         self.path = f"number {device or 0}"
-        self.axes, self.buttons = [0.0] * AXES, [0] * BUTTONS
+        self.axes = [0.0] * AXES
         self.known = {*range(len(ORDER))}
         self.here = True
         self._ending, self._began = Event(), Event()
@@ -115,10 +113,8 @@ class SdlPad:
             return
         for i, number in enumerate(ORDER):
             self.axes[i] = max(-1.0, pad.get_axis(number) / _END)
-        for i in range(_PUSHED):
-            self.buttons[i] = int(pad.get_button(i))
 
     def _leave(self) -> None:
         """Put everything at rest: a gamepad that is gone holds no stick."""
         self.here = False
-        self.axes, self.buttons = [0.0] * AXES, [0] * BUTTONS
+        self.axes = [0.0] * AXES

@@ -5,14 +5,15 @@ velocity, as a percentage of the command's own ranges; so one stick drives unlik
 robots, each with its own speeds.
 """
 
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+from operator import itemgetter
 
 from rems_net.defdict import DefDict, Field, Rule, Schema, percent
 from rems_net.errors import ExperimentError, some
 
-#: percent of ahead, left and turn -> percent of one field
-Motion = Callable[[float, float, float], float]
+#: percent of each axis -> percent of one field
+Motion = Callable[[Mapping[str, float]], float]
 #: percent. Full deflection of an axis, in both directions.
 FULL = 100.0
 
@@ -31,11 +32,13 @@ STICK = Schema(
     },
 )
 
-#: Names of fields for each motion, best first: of our robots, ROS's Twist and what
-#: people call them.
-AHEAD = ("linear/x", "ahead", "forward", "speed", "velocity", "throttle", "v")
-LEFT = ("linear/y", "sideways", "strafe")
-TURN = ("angular/z", "turn", "turning", "yaw", "steering", "steer", "omega", "w")
+#: Names of fields for each axis, best first: of our robots, ROS's Twist and what people
+#: call them.
+NAMES = {
+    "ahead": ("linear/x", "ahead", "forward", "speed", "velocity", "throttle", "v"),
+    "left": ("linear/y", "sideways", "strafe"),
+    "turn": ("angular/z", "turn", "turning", "yaw", "steering", "steer", "omega", "w"),
+}
 #: last chunks of the names of two wheels, or two sides
 SIDES = (("left", "right"), ("l", "r"))
 
@@ -86,53 +89,35 @@ def _wheels(command: Schema) -> Rule | None:
             if last != one or partner not in command.paths:
                 continue
             if _is_speed(command, path) and _is_speed(command, partner):
-                return _rule(command, {path: _left_side, partner: _right_side})
+                left, right = partial(_side, sign=-1), partial(_side, sign=1)
+                return _rule(command, {path: left, partner: right})
     return None
 
 
 def _velocity(command: Schema) -> Rule | None:
     found: dict[str, Motion] = {}
-    for names, take in ((AHEAD, _ahead), (LEFT, _sideways), (TURN, _turn)):
-        path = next(
-            (p for name in names for p in command.paths if p == name), None
-        ) or next(
-            (p for name in names for p in command.paths if p.endswith(f"/{name}")), None
-        )
-        if path is not None and _is_speed(command, path):
-            found[path] = take
+    for axis, names in NAMES.items():
+        paths = [p for name in names for p in command.paths if p == name]
+        paths += [p for name in names for p in command.paths if p.endswith(f"/{name}")]
+        if paths and _is_speed(command, paths[0]):
+            found[paths[0]] = itemgetter(axis)
     return _rule(command, found) if found else None
 
 
 def _rule(command: Schema, made: dict[str, Motion]) -> Rule:
     def drive(stick: DefDict) -> dict[str, float]:
-        ahead, left, turn = (float(stick[axis]) for axis in STICK.paths)
-        return {path: motion(ahead, left, turn) for path, motion in made.items()}
+        axes = {axis: float(stick[axis]) for axis in STICK.paths}
+        return {path: motion(axes) for path, motion in made.items()}
 
     gives = Schema("driven", {path: axis("of its range") for path in made})
     return Rule(f"stick to {command.name}", STICK, gives, drive)
 
 
-def _left_side(ahead: float, left: float, turn: float) -> float:
-    return _scaled(ahead - turn, ahead, turn)
+def _side(axes: Mapping[str, float], sign: int) -> float:
+    """Return the speed of a side, slower if the other one would exceed FULL.
 
-
-def _right_side(ahead: float, left: float, turn: float) -> float:
-    return _scaled(ahead + turn, ahead, turn)
-
-
-def _scaled(side: float, ahead: float, turn: float) -> float:
-    """Return the speed of a side, slower if the other one would exceed FULL."""
-    slower = side * FULL / max(FULL, abs(ahead) + abs(turn))
+    sign: 1 for the right side, -1 for the left one.
+    """
+    ahead, turn = axes["ahead"], axes["turn"]
+    slower = (ahead + sign * turn) * FULL / max(FULL, abs(ahead) + abs(turn))
     return max(-FULL, min(FULL, slower))  # of rounding
-
-
-def _ahead(ahead: float, left: float, turn: float) -> float:
-    return ahead
-
-
-def _sideways(ahead: float, left: float, turn: float) -> float:
-    return left
-
-
-def _turn(ahead: float, left: float, turn: float) -> float:
-    return turn

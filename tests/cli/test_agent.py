@@ -257,7 +257,8 @@ def test_a_recording_has_the_length_of_the_ticks_of_its_fabric(
         ),
         (
             ["robot", "woodbot", "kinematic", "--to", "input/keys"],
-            "rems: --to input/keys: expected --to command=input/keys.",
+            "rems: expected NAME=VALUE, such as --to command=input/keys; got "
+            "'input/keys'.",
         ),
         (
             ["robot", "woodbot", "kinematic", "--to", "state=input/keys"],

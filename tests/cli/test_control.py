@@ -61,12 +61,13 @@ def test_mistakes(rems: Run) -> None:
     for args, sentence in (
         (
             ("clock", "pace"),
-            "rems: the pace is missing. Type, for example: rems clock pace 0.5 "
-            "(R0408)\n",
+            "rems: the following arguments are required: PACE. Type: rems clock pace "
+            "--help (R0902)\n",
         ),
         (
             ("clock", "step", "x"),
-            "rems: step by 'x'; expected a whole number from 1. (R0408)\n",
+            "rems: argument TICKS: invalid int value: 'x'. Type: rems clock step "
+            "--help (R0902)\n",
         ),
     ):
         done = rems(*args)

@@ -166,7 +166,7 @@ def test_a_folder_that_cannot_be_written(
     gone.rmdir()
     assert main(["new", "robot", "arm"]) == 2
     assert capsys.readouterr().err == (
-        "rems: Cannot write arm.py: No such file or directory. The folder in which "
+        "rems: cannot write arm.py: No such file or directory. The folder in which "
         "you are was removed. Go to another one: cd ~ (R0905)\n"
     )
 

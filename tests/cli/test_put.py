@@ -43,7 +43,7 @@ def test_a_robot_obeys_and_then_stands(here: Fabric, rems: Run) -> None:
         ),
         (
             ("robot/sim/command", "wheel/left"),
-            "expected FIELD=VALUE, such as wheel/left=3; got 'wheel/left'.",
+            "expected NAME=VALUE, such as wheel/left=3; got 'wheel/left'.",
         ),
         (
             ("robot/sim/command", "x=1", "--for", "2 m"),

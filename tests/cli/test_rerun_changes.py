@@ -77,7 +77,7 @@ BAD = [
     (["again_lab.py"], "again_lab.py is no MCAP file"),
     (["run", "--set", "robot/led.drag=1"], "there is no agent 'robot/led'"),
     (["run", "--set", "robot/sled.dragg=1"], "robot/sled has no setting 'dragg'"),
-    (["run", "--set", "robot/sled"], "expected such as robot/sim.track"),
+    (["run", "--set", "robot/sled"], "NAME=VALUE, such as --set robot/sim.track"),
     (["run", "--set", "robot/sled.drag=many"], "drag"),
     (["run", "--replace", "process/w=x.py:Y"], "there is no agent 'process/w'"),
     (["run", "--replace", "process/watch=again_lab.py:None"], "has no class 'None'"),

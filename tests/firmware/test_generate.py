@@ -75,8 +75,7 @@ def test_a_stale_firmware_is_told(
     assert main([*own, "--check"]) == 1
     assert capsys.readouterr().err == (
         "rems: firmware/core/woodbot_schemas.h and firmware/core/woodbot_schemas.c are "
-        "stale. Type: rems board generate --definition mine.py:Mine --into "
-        "firmware/core\n"
+        "stale. Type the same line without --check\n"
     )
     assert main(own) == 0
     assert capsys.readouterr().out == (

@@ -19,7 +19,7 @@ import pytest
 
 from rems_net import sweep
 from rems_net.errors import ExperimentError
-from rems_net.sweeps.on_dask import DaskExecutor
+from rems_net.sweeps.on_dask import dask_executor
 from rems_net.sweeps.on_ray import RayExecutor
 from tests.agents.runs import free_port, until
 from tests.commands import environment
@@ -98,7 +98,7 @@ def test_dask(tmp_path: Path) -> None:
         started(*head),
         started(*node, *where) as first,
         started(*node, *where),
-        DaskExecutor(at) as executor,
+        dask_executor(at) as executor,
     ):
         client: Any = importlib.import_module("distributed").get_client()
         client.wait_for_workers(2, timeout=60)
@@ -147,6 +147,6 @@ def test_a_node_with_another_source(tmp_path: Path) -> None:
 
     refuses = pytest.raises(ExperimentError)
     at = cluster.scheduler_address
-    with cluster, DaskExecutor(at) as executor, halfway(out, edit), refuses as refused:
+    with cluster, dask_executor(at) as executor, halfway(out, edit), refuses as refused:
         sweep(made, seeds=RUNS, out=out, executor=executor)
     assert "swept.py differs there and on" in str(refused.value)

@@ -23,7 +23,7 @@ from rems_net.agents.protocol.alike import FIRMWARE, unlike
 from rems_net.agents.protocol.badge import MEMBERS, badge_of
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.terms import Terms
-from rems_net.errors import ExperimentError
+from rems_net.errors import ExperimentError, some
 
 #: s. A rate is counted over at least this time, and at most twice as long.
 WINDOW = 1.0
@@ -101,8 +101,7 @@ class Member:
     def describe(self) -> str:
         """Return its agents and its machine: `robot/a, robot/b and 3 more on desk`."""
         names = [e.key for e in self.entries] or [self.name]
-        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-        return f"{', '.join(names[:3])}{more} on {self.machine}"
+        return f"{some(names, 3)} on {self.machine}"
 
     def owes(self, n: int) -> bool:
         """Return whether it has yet to do tick n, or one before."""

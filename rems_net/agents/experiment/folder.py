@@ -15,7 +15,7 @@ from rems_net.agents.experiment.lineup import Lineup
 from rems_net.agents.experiment.origins import manifest
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.tick import time_of
-from rems_net.errors import AgentError, ExperimentError, show_path as shown
+from rems_net.errors import AgentError, ExperimentError, shown
 from rems_net.events import Event
 from rems_net.recordings.manifest import NAME, Manifest, read_manifest
 from rems_net.recordings.mcap.scan import finish as end_recording

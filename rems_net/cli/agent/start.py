@@ -2,20 +2,18 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.serving import attend
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.protocol.plan import slots_of
-from rems_net.cli.options import add_fabric, fabric_of, warn
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.options import add_fabric, fabric_of, pairs, settings_of, warn
+from rems_net.cli.script import run_experiment
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.events import Event
-from rems_net.toml import TOMLDecodeError, loads
 
 EXAMPLES = """\
 examples:
@@ -83,16 +81,7 @@ def run(args: argparse.Namespace) -> int:
                 "leave out TYPE, --name, --to and --set, or name one KIND and TYPE."
                 " (R0904)"
             )
-        if path.suffix == ".py":
-            run_script(path, args.words, Attending(args))
-        else:
-            no_words(path, args.words)
-            experiment = load(path)
-            try:
-                Attending(args)(experiment)
-            except ExperimentError as error:
-                with located(path):
-                    raise error
+        run_experiment(path, args.words, partial(_attend, args, Show()))
         return 0
     if args.kind not in KINDS or not args.type:
         raise ExperimentError(
@@ -100,72 +89,51 @@ def run(args: argparse.Namespace) -> int:
             f"start robot woodbot kinematic`, or a file; got {args.kind!r}."
             f"{nearest(args.kind, KINDS)} (R0906)"
         )
-    Attending(args, Saying())(_alone(args))
+    _attend(args, Saying(), _alone(args))
     return 0
 
 
-class Attending:
-    """Start of an experiment's agents, by the command line."""
-
-    def __init__(self, args: argparse.Namespace, show: Show | None = None):
-        self.args, self.show = args, show or Show()
-
-    def __call__(
-        self, experiment: Experiment, out: Path | str | None = None, **_: object
-    ) -> None:
-        """Start them, and stay; `run` in a script calls this instead."""
-        experiment.fabric = fabric_of(self.args) or experiment.fabric
-        warn(f"{some(experiment.plans)}: Ctrl+C ends it")
-        attend(experiment, self.args.out or out, self.show)
+def _attend(
+    args: argparse.Namespace,
+    show: Show,
+    experiment: Experiment,
+    /,
+    out: Path | str | None = None,
+    **_: object,
+) -> None:
+    """Start an experiment's agents, and stay; a script's `run` calls this instead."""
+    experiment.fabric = fabric_of(args) or experiment.fabric
+    warn(f"{some(experiment.plans)}: Ctrl+C ends it")
+    attend(experiment, args.out or out, show)
 
 
 def _alone(args: argparse.Namespace) -> Experiment:
     """Return an experiment of one agent."""
-    kind, type_ = args.kind, args.type
-    name = args.name or Path(type_.rpartition(":")[2]).stem.lower()
-    settings = values(args.set, "options.file=keys.csv")
-    sources = pairs(args.to, "--to", "command=input/keys")
-    lab = Experiment(name)
+    kind, types = args.kind, [args.type]
+    name = args.name or Path(args.type.rpartition(":")[2]).stem.lower()
+    settings = settings_of(args.set, "options.file=keys.csv")
+    sources = dict(pairs(args.to, "--to command=input/keys"))
     if kind == "robot":
-        _robot(lab, name, args, settings, sources)
+        if not args.driver:
+            raise ExperimentError(
+                "a robot needs a driver, too: `rems agent start robot "
+                f"{args.type} kinematic`; `rems show` lists them. (R0904)"
+            )
+        if wrong := sources.keys() - {"command"}:
+            raise ExperimentError(
+                f"--to {min(wrong)}: a robot has one In, `command`. (R0904)"
+            )
+        types.append(args.driver)
     elif args.driver:
         raise ExperimentError(
             f"only a robot has a driver; {kind} has a TYPE alone. (R0904)"
         )
-    else:
-        if type_.endswith(".csv"):
-            type_, settings = "csv", {"options.file": type_, **settings}
-        common = {"every": args.every, "restart": args.restart}
-        getattr(lab, kind)(name, type_, **common, **slots(settings, kind), **sources)
+    elif args.type.endswith(".csv"):
+        types, settings = ["csv"], {"options.file": args.type, **settings}
+    lab = Experiment(name)
+    common = {"every": args.every, "restart": args.restart}
+    getattr(lab, kind)(name, *types, **common, **slots(settings, kind), **sources)
     return lab
-
-
-def _robot(
-    lab: Experiment,
-    name: str,
-    args: argparse.Namespace,
-    settings: dict[str, Any],
-    sources: dict[str, str],
-) -> None:
-    if not args.driver:
-        raise ExperimentError(
-            "a robot needs a driver, too: `rems agent start robot "
-            f"{args.type} kinematic`; `rems show` lists them. (R0904)"
-        )
-    groups = slots(settings)
-    if wrong := sources.keys() - {"command"}:
-        raise ExperimentError(
-            f"--to {min(wrong)}: a robot has one In, `command`. (R0904)"
-        )
-    lab.robot(
-        name,
-        args.type,
-        args.driver,
-        command=sources.get("command"),
-        every=args.every,
-        restart=args.restart,
-        **groups,
-    )
 
 
 def slots(settings: dict[str, Any], kind: str = "robot") -> dict[str, Any]:
@@ -184,33 +152,3 @@ def slots(settings: dict[str, Any], kind: str = "robot") -> dict[str, Any]:
             )
         groups[group][field] = value
     return groups
-
-
-def values(given: Sequence[str], example: str) -> dict[str, Any]:
-    """Return the settings `NAME=VALUE` by name, each value as in a TOML file.
-
-    A text, such as a number with its unit, needs no quotes here.
-    """
-    return {k: _value(v) for k, v in pairs(given, "--set", example).items()}
-
-
-def _value(text: str) -> Any:
-    try:
-        value = loads(f"value = {text}")["value"]
-    except TOMLDecodeError:
-        return text
-    # A date stays text: no field has this type.
-    return value if isinstance(value, bool | int | float | str | list | dict) else text
-
-
-def pairs(given: Sequence[str], option: str, example: str) -> dict[str, str]:
-    """Return the pairs `NAME=VALUE` by name. Raises ExperimentError."""
-    found = {}
-    for one in given:
-        name, equals, value = one.partition("=")
-        if not (name and equals):
-            raise ExperimentError(
-                f"{option} {one}: expected {option} {example}. (R0910)"
-            )
-        found[name] = value
-    return found

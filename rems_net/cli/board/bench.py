@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rems_net.agents import parts
+from rems_net.agents.experiment.folder import move_away
 from rems_net.agents.robot import Definition
 from rems_net.client import Proxy
 from rems_net.errors import AgentError, ExperimentError, uncoded
@@ -163,7 +164,8 @@ class Bench:
             yield path
         finally:
             if self.samples:
-                _move(folder)
+                if folder.exists():
+                    move_away(folder, (), whole=True)
                 folder.mkdir(parents=True)
                 with path.open("w", newline="", encoding="utf-8") as file:
                     writer(file, lineterminator="\n").writerows(self._rows())
@@ -186,12 +188,3 @@ class Bench:
 def mean(samples: list[Sample], sensor: str) -> float:
     """Return the mean of a sensor."""
     return math.fsum(one.sensors[sensor] for one in samples) / len(samples)
-
-
-def _move(folder: Path) -> None:
-    """Give the folder of an earlier recording the next free number."""
-    if folder.exists():
-        number = 1
-        while (other := folder.with_name(f"{folder.name}.{number}")).exists():
-            number += 1
-        folder.rename(other)

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from rems_net.agents import parts
 from rems_net.agents.robot import Definition
-from rems_net.cli.options import console, show_path, warn
+from rems_net.cli.options import console, warn
+from rems_net.errors import shown
 from rems_net.firmware import generate
 from rems_net.firmware.build import sources
 
@@ -43,23 +44,14 @@ def run(args: argparse.Namespace) -> int:
     if args.check:
         stale = generate.stale(definition, folder)
         if stale:
-            names = " and ".join(show_path(path) for path in stale)
+            names = " and ".join(shown(path) for path in stale)
             verb = "are" if len(stale) > 1 else "is"
-            warn(f"{names} {verb} stale. Type: rems board generate{_again(args)}")
+            warn(f"{names} {verb} stale. Type the same line without --check")
         return int(bool(stale))
     written = generate.write(definition, folder)
     out = console(args)
     for path in written:
-        out.print(f"Wrote {show_path(path)}", soft_wrap=True)
+        out.print(f"Wrote {shown(path)}", soft_wrap=True)
     if not written:
-        out.print(f"{show_path(folder)} is up to date.", soft_wrap=True)
+        out.print(f"{shown(folder)} is up to date.", soft_wrap=True)
     return 0
-
-
-def _again(args: argparse.Namespace) -> str:
-    """Return the arguments to repeat, without --check."""
-    words = []
-    if args.definition != "woodbot":
-        words += ["--definition", args.definition]
-    words += ["--into", str(args.into)] if args.into else []
-    return "".join(f" {word}" for word in words)

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rich.console import Console
 from rich.padding import Padding
@@ -18,47 +18,21 @@ from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.checking.trial import try_first_ticks
 from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
-from rems_net.agents.experiment.file import load, located
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.ports import In
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.options import console, show_schema, warn
-from rems_net.cli.script import no_words, run_script
+from rems_net.cli.script import run_experiment
 from rems_net.events import Event, listening
+
+#: an experiment that can run: with its agents, its ticks and its pace
+Checked = tuple[Experiment, dict[str, Agent], int, float]
 
 
 def run(args: argparse.Namespace) -> int:
     """Check the experiment, and print what would run."""
-    path = Path(args.what)
-    if path.suffix == ".py":
-        checked = from_script(path, args.words)
-    else:
-        no_words(path, args.words)
-        experiment = load(path)
-        with located(path):
-            checked = check(experiment)
-    show(console(args), checked)
-    if checked.idle:
-        warn(checked.idle)
-    if checked.rest:
-        named = ", ".join(f"{key} ({why})" for key, why in checked.rest.items())
-        warn(f"not tried: {named}")
+    show(console(args), *first(Path(args.what), args.words))
     return 0
-
-
-class Checked(NamedTuple):
-    """Result of a check: an experiment that can run.
-
-    pace: 0 for as fast as possible.  idle: a warning of robots without commands.
-    rest: agents that were not tried, and why.
-    """
-
-    experiment: Experiment
-    agents: dict[str, Agent]
-    ticks: int
-    pace: float
-    idle: str
-    rest: dict[str, str]
 
 
 def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
@@ -84,12 +58,19 @@ def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
         for text in doubts(agents):
             warn(text)
         rest = try_first_ticks(experiment, agents)
-    sentence = "" if factor else idle(agents, experiment.plans)
-    return Checked(experiment, agents, ticks, factor, sentence, rest)
+    if not factor and (sentence := idle(agents, experiment.plans)):
+        warn(sentence)
+    if rest:
+        named = ", ".join(f"{key} ({why})" for key, why in rest.items())
+        warn(f"not tried: {named}")
+    return experiment, agents, ticks, factor
 
 
-def from_script(path: Path, words: list[str]) -> Checked:
-    """Check the experiment that a script would run first. Raises ExperimentError."""
+def first(path: Path, words: list[str]) -> Checked:
+    """Check the experiment of a file, or the one that a script would run first.
+
+    Raises ExperimentError.
+    """
     found: list[Checked] = []
 
     def runner(experiment: Experiment, *_: Any, pace: Any = None, **__: Any) -> None:
@@ -97,13 +78,18 @@ def from_script(path: Path, words: list[str]) -> Checked:
         raise registry.ScriptEnd
 
     with suppress(registry.ScriptEnd):
-        run_script(path, words, runner)
+        run_experiment(path, words, runner)
     return found[0]
 
 
-def show(out: Console, checked: Checked) -> None:
-    """Print in some lines what would run."""
-    experiment, agents, ticks, pace, *_ = checked
+def show(
+    out: Console,
+    experiment: Experiment,
+    agents: dict[str, Agent],
+    ticks: int,
+    pace: float,
+) -> None:
+    """Print in some lines what would run. pace: 0 for as fast as possible."""
     dt = experiment.dt
     speed = f"{pace:g} x real time" if pace else "as fast as possible"
     some = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rems_net.agents import registry
 from rems_net.agents.robot import Driver
-from rems_net.cli.agent.start import slots, values
-from rems_net.cli.options import console
+from rems_net.cli.agent.start import slots
+from rems_net.cli.options import console, settings_of
 from rems_net.errors import ExperimentError
 from rems_net.testing import Outcome, Report, Subject, examine
 
@@ -50,6 +50,6 @@ def _subject(definition: str, driver: str | None, told: Sequence[str]) -> Subjec
                 f"{cls.__name__} is a driver; write what it drives, too. Type: "
                 f"rems check woodbot {definition} (R0904)"
             )
-    settings = slots(values(told, "options.substeps=4"))
+    settings = slots(settings_of(told, "options.substeps=4"))
     settings.pop("marker")  # no camera looks at it
     return Subject.of(definition, driver or "kinematic", Path(), **settings)

@@ -9,12 +9,12 @@ from rems_net.agents.experiment.checking.settings import check_pace, seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.agents.experiment.show import Reports
 from rems_net.cli import typed
-from rems_net.cli.dashboard import check_library
 from rems_net.cli.options import console, warn
 from rems_net.cli.qr import show_code
 from rems_net.cli.sheet import sheet_of
 from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
+from rems_net.libraries import look_for
 from rems_net.router import notes
 from rems_net.router.find import VARIABLE, chosen, open_session
 from rems_net.router.finding.address import (
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl+C; report members that come and go, and obey typed lines."""
     dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
     if args.dashboard or args.pages:
-        check_library()
+        look_for("websockets", "dashboard")
     if args.pages and not (args.names or args.users):
         raise ExperimentError(
             "--pages makes a page for each user, and without a list there are none; "

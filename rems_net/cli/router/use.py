@@ -7,7 +7,7 @@ import sys
 
 from rems_net.cli.options import add_fabric
 from rems_net.client import Fabric
-from rems_net.errors import ExperimentError, FabricError
+from rems_net.errors import ExperimentError, FabricError, some
 from rems_net.router.find import PASSWORD, VARIABLE, credentials
 from rems_net.router.finding import address, remembered
 from rems_net.router.finding.scouting import scout
@@ -87,8 +87,7 @@ def _who(fabric: Fabric) -> str:
         agents = sorted(row["agent"] for row in fabric.agents())
     except FabricError:
         return "No fabric is open there yet."
-    more = f" and {len(agents) - 6} more" if len(agents) > 6 else ""
-    return f"There: {', '.join(agents[:6]) or 'nobody yet'}{more}."
+    return f"There: {some(agents, 6) if agents else 'nobody yet'}."
 
 
 def _look() -> int:

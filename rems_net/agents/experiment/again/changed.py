@@ -9,7 +9,6 @@ from rems_net.agents.protocol.plan import ROBOT, SLOTS, Plan
 from rems_net.agents.robot import Robot
 from rems_net.errors import ExperimentError, nearest, some
 from rems_net.scenes.marking import MARKER
-from rems_net.toml import TOMLDecodeError, loads
 
 
 def agent_of(lab: Lineup, where: str) -> str:
@@ -77,14 +76,6 @@ def known(lab: Lineup, key: str) -> Plan:
             f"{', '.join(lab.plans)}.{nearest(key, lab.plans)} (R0436)"
         )
     return lab.plans[key]
-
-
-def value_of(text: str) -> object:
-    """Return a value as in a TOML file; other text is text, such as 130 mm."""
-    try:
-        return loads(f"value = {text}")["value"]
-    except TOMLDecodeError:
-        return text
 
 
 def _changed(
