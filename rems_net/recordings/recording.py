@@ -235,12 +235,23 @@ class Recording(Mapping[str, "Columns"]):
 
     def trajectories(self, *only: str) -> "list[Trajectory]":
         """Return where the robots with x, y and heading drove, or these of them."""
-        from rems_net.recordings.comparison import trajectories, trajectory_of
+        from rems_net.recordings.comparison import trajectory_of
 
-        if self.like is None:
-            return trajectories(self.tables(), only or None)
-        found = [trajectory_of(self[name]) for name in only or self]
+        told, posed = self.manifest(), map(self._posed, only or self)
+        found = [trajectory_of(one, told) for one in posed if one is not None]
         return [one for one in found if one is not None]
+
+    def _posed(self, robot: str) -> Columns | None:
+        """Return the columns of a robot from which its pose is read, if it has one."""
+        from rems_net.recordings.comparison import read_pose
+
+        path, agent = self.source(robot)
+        if not agent:
+            return read_pose(path) if self.like is None else self[robot]
+        if not self._has_state(robot, path, agent):
+            return None
+        columns = AgentColumns(self.mcap(path), agent, "state")
+        return Columns(robot, columns, columns.seconds)
 
     def differences(self, posed: Collection[str], *only: str) -> "list[Difference]":
         """Return how far apart two robots are by their states; no two of `posed`.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rems_net.defdict import Field, boolean, number, parse_quantity, text
 from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
 from rems_net.reading import DESCRIPTION, decoded, read_file
-from rems_net.recordings.comparison import POSE, pose_of, unit_factor
+from rems_net.recordings.comparison import pose_of, si_factors
 from rems_net.recordings.csv_file import Column, CsvFile, heading
 from rems_net.recordings.table import Columns
 from rems_net.toml import TOMLDecodeError, loads
@@ -259,8 +259,7 @@ def _to_origin(frame: Frame, made: dict[Column, Values]) -> None:
     columns = pose_of(made)
     if columns is None or not (frame.ahead or frame.left):
         return
-    units = zip(columns, POSE, strict=True)
-    factors = [unit_factor(c.unit, unit) or 1.0 for c, (_, unit) in units]
+    factors = si_factors(columns)
     x, y, heading = (made[column] for column in columns)
     c, s = np.cos(factors[2] * heading), np.sin(factors[2] * heading)
     made[columns[0]] = x - (c * frame.ahead - s * frame.left) / factors[0]
