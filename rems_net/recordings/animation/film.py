@@ -17,6 +17,7 @@ from rems_net.recordings.animation.stage import (
     outline,
     placed,
     stage,
+    things,
 )
 from rems_net.recordings.comparison import Trajectory
 from rems_net.recordings.picture import COLOURS, FAINT, INK, WALL
@@ -171,14 +172,7 @@ class FromAbove:
         robots, view = self._robots, self._view
         ground = image.new("RGB", view.size, "white")
         pen = draw.Draw(ground)
-        things = {
-            (name, corners.tobytes()): corners
-            for robot in robots
-            for name, corners in robot.around.items()
-            if len(corners) > 2
-        }
-        largest = sorted(things.values(), key=lambda c: -float(np.prod(np.ptp(c, 0))))
-        for corners in largest:
+        for _, corners in things(robots):
             pen.polygon(view.at(corners), FAINT, WALL)
         seen = max(view.size) / view.scale
         for radius in {robot.arena for robot in robots} - {0.0}:
