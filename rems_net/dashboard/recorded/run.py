@@ -12,7 +12,7 @@ from rems_net.defdict import Schema, cdr
 from rems_net.packing import pack
 from rems_net.pictures import is_picture
 from rems_net.recordings.mcap.access import Access, Message
-from rems_net.recordings.mcap.log import INFO, WARN, level_of, read_log
+from rems_net.recordings.mcap.log import INFO, WARN, read_log
 from rems_net.recordings.mcap.reader import McapFile
 
 #: channels of a page; its frames have two bytes for their numbers
@@ -127,10 +127,9 @@ def _value(track: Track, message: Message) -> Value:
 
 
 def _event(message: Message) -> dict[str, Any]:
-    agent, text = read_log(message.data)
-    level = LEVELS.get(level_of(message.data), "error")
-    told = {"level": level, "tick": message.n, "agent": agent[:128]}
-    return told | {"text": text[:REPORT]}
+    level, agent, text = read_log(message.data)
+    told = {"level": LEVELS.get(level, "error"), "tick": message.n}
+    return told | {"agent": agent[:128], "text": text[:REPORT]}
 
 
 def _is_large(schema: Schema) -> bool:

@@ -126,7 +126,7 @@ class Rebuilt:
         for robot in self.lab.plans.values():
             if robot.kind == "robot" and robot.key not in self.played:
                 robot.again = [*robot.again, *holds]
-        for key, text in self.file.events():
+        for _, key, text in self.file.events():
             one, plan = Outside.read(text), self.lab.plans.get(key)
             if one is not None and plan is not None and key not in self.played:
                 self.outside.setdefault(key, []).append(one)
