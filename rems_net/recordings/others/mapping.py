@@ -4,7 +4,7 @@ It is a TOML file: `woodbot-class.toml`, beside this file, is one.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.defdict import Field, boolean, number, parse_quantity, text
+from rems_net.defdict import number, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
 from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.recordings.comparison import pose_of, si_factors
 from rems_net.recordings.csv_file import Column, CsvFile, heading
-from rems_net.recordings.table import Columns
+from rems_net.recordings.table import Columns, read_columns
 from rems_net.toml import TOMLDecodeError, loads
 
 #: mappings that rems_net has
@@ -95,13 +95,13 @@ class Like:
                     f"{mapping.name}; there is {some(by_name)}."
                     f"{nearest(name, by_name)} (R0844)"
                 )
-        wanted = [(by_name[name], _field(mapping, name)) for name in mapping.columns]
-        cells = zip(*file.numbers(wanted).cells, strict=True)
-        read = dict(zip(mapping.columns, map(np.array, cells), strict=True))
+        meant = mapping.columns.items()
+        wanted = [replace(by_name[name], unit=one.unit) for name, one in meant]
+        read = read_columns(file, wanted)
         made: dict[Column, Values] = {}
-        for name, one in sorted(mapping.columns.items(), key=_time_first):
+        for name, one in sorted(meant, key=_time_first):
             about = len(made), heading(one.field, one.unit), one.field, one.unit
-            made[Column(*about)] = _meant(one, read[name])
+            made[Column(*about)] = _meant(one, read.plain(name))
         time, *_ = made
         seconds = made[time] * parse_quantity(f"1 {time.unit or 's'}", "s")
         if mapping.stamped == "start":
@@ -234,13 +234,6 @@ def _table(where: str, given: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _time_first(item: tuple[str, Meaning]) -> bool:
     return item[1].field != "time"
-
-
-def _field(mapping: Like, name: str) -> Field:
-    unit = mapping.columns[name].unit
-    if unit == "text":
-        return text()
-    return boolean() if unit == "bool" else Field("float", "")
 
 
 def _meant(one: Meaning, values: Values) -> Values:
