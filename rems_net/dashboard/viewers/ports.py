@@ -15,7 +15,6 @@ from rems_net.defdict.wire.ros2msg import ros2msg, type_name
 from rems_net.errors import RemsError, WireError
 from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail, Mailbox, Presence
-from rems_net.router.message import read
 from rems_net.router.publisher import Watch
 
 #: channels; further ports are left out
@@ -78,8 +77,6 @@ class Ports:
         self.latest: dict[int, Value] = {}
         #: the fabric's time [ns]
         self.time = 0
-        #: values that could not be read, or were too large
-        self.dropped = 0
         session = fabric.session
         self._general = [
             session.watch_presence(session.key("*", "*", "@alive"), self._box),
@@ -127,13 +124,11 @@ class Ports:
         begin = len(self.fabric.session.fabric) + 1
         for key, mail in newest.items():
             channel = self._by_key.get(key[begin:])
-            try:
+            with suppress(RemsError):  # it cannot be read, or is too large
                 if channel is not None and channel.watch is not None:
                     changed[channel.id] = self._value(channel, mail)
                 elif key.endswith("/clock/tick"):
-                    self._beat(mail)
-            except RemsError:
-                self.dropped += 1
+                    self.time = self._time(mail)
         self.latest |= changed
         if FRAMES in self._wanted and not self._posed.isdisjoint(changed):
             self._add_frames(changed)
@@ -153,18 +148,15 @@ class Ports:
             channel.digest,
         ):
             raise WireError("It is too large, or of another type. (R1003)")
-        stamp = mail.stamp()
-        t = round(stamp.t * 1e9) if stamp.n >= 0 and stamp.t >= 0 else self.time
+        t = self._time(mail)
         self.time = max(self.time, t)
         return t, channel.transcode(mail.payload)
 
-    def _beat(self, mail: Mail) -> None:
-        """Read the time of a tick."""
+    def _time(self, mail: Mail) -> int:
+        """Return the time [ns] of a value; if it has none, the newest known one."""
         stamp = mail.stamp()
-        if stamp.n >= 0 and stamp.t >= 0:
-            self.time = round(stamp.t * 1e9)
-        else:
-            read(mail.payload)
+        known = stamp.n >= 0 and stamp.t >= 0
+        return round(stamp.t * 1e9) if known else self.time
 
     def _meet(self, presence: Presence) -> None:
         """Ask an agent that came for its types; forget one that went."""
