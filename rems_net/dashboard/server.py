@@ -140,7 +140,7 @@ class PageServer:
         except (TimeoutError, WireError, ConnectionClosed):
             await link.close(DENIED, "no token")
             return None
-        if not self.door.knows(hello.get("hello")):
+        if self.door.user_of(hello.get("hello")) is None:
             await asyncio.sleep(WRONG)
             await link.close(DENIED, "another token: use the newest link")
             return None
@@ -171,7 +171,7 @@ class Server(PageServer):
     ):
         super().__init__(door)
         self._layout = layout
-        self.accounts: Accounts[Server] = Accounts(
+        self.accounts = Accounts(
             accounts or {}, lambda theirs: Server(theirs, door, rate, layout=layout)
         )
         self.stream = Stream(fabric, broadcast, rate, again)
