@@ -13,6 +13,7 @@ from typing import Any
 from rems_net.agents import registry
 from rems_net.agents.about.scenery import scene_of
 from rems_net.agents.world import World
+from rems_net.recordings.comparison import corners
 from rems_net.recordings.manifest import Manifest, Start
 
 #: names of definitions that come with rems_net
@@ -66,7 +67,7 @@ def _noted(start: Start) -> dict[str, Any]:
         {"name": name, "at": ray[:3], "direction": ray[3:6], "reach": ray[6]}
         for name, ray in start.rays.items()
     ]
-    found: dict[str, Any] = {"outline": _corners(start.outline), "rays": rays}
+    found: dict[str, Any] = {"rays": rays, "outline": corners(start.outline).tolist()}
     return found if start.world else found | {"arena": {"radius": start.arena}}
 
 
@@ -80,11 +81,4 @@ def _world(table: Table, told: Manifest, folder: Path) -> dict[str, Any]:
         world.prepare()
         return scene_of(world)
     noted = told.worlds.get(name, {})
-    return {"walls": [{"outline": _corners(one)} for one in noted.values()]}
-
-
-def _corners(text: str) -> list[list[float]]:
-    """Return the corners of an outline, "x,y x,y ..."."""
-    with suppress(ValueError, AttributeError):
-        return [[float(x), float(y)] for x, y in (c.split(",") for c in text.split())]
-    return []
+    return {"walls": [{"outline": corners(one).tolist()} for one in noted.values()]}
