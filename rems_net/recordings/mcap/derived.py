@@ -163,19 +163,18 @@ class Poses:
     """Makes one message of the poses of a tick."""
 
     def __init__(self, schemas: Mapping[str, Schema]) -> None:
-        self._schemas, self._all = schemas, tuple(schemas)
-        self._form: Callable[[tuple[str, ...]], _Form] = cache(self._made)
+        self._all = tuple(schemas)
+        self._form: Callable[[tuple[str, ...]], _Form] = cache(
+            lambda keys: _Form({key: schemas[key] for key in keys})
+        )
 
     def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
         try:
             return self._form(self._all).filled(messages, time)
         except KeyError:  # one did not step at this tick
-            keys = tuple([key for key in self._schemas if key in messages])
+            keys = tuple([key for key in self._all if key in messages])
             return self._form(keys).filled(messages, time) if keys else b""
-
-    def _made(self, keys: tuple[str, ...]) -> "_Form":
-        return _Form({key: self._schemas[key] for key in keys})
 
 
 class _Form:

@@ -99,7 +99,7 @@ class Like:
         wanted = [replace(by_name[name], unit=one.unit) for name, one in meant]
         read = read_columns(file, wanted)
         made: dict[Column, Values] = {}
-        for name, one in sorted(meant, key=_time_first):
+        for name, one in sorted(meant, key=lambda item: item[1].field != "time"):
             about = len(made), heading(one.field, one.unit), one.field, one.unit
             made[Column(*about)] = _meant(one, read.plain(name))
         time, *_ = made
@@ -230,10 +230,6 @@ def _table(where: str, given: Mapping[str, Any], key: str) -> Mapping[str, Any]:
             f"{where}: {key} is {found!r:.60}; expected a table. (R0844)"
         )
     return found
-
-
-def _time_first(item: tuple[str, Meaning]) -> bool:
-    return item[1].field != "time"
 
 
 def _meant(one: Meaning, values: Values) -> Values:
