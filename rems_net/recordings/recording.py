@@ -150,9 +150,9 @@ class Recording(Mapping[str, "Columns"]):
                 kind, dot, name = path.stem.partition(".")
                 of_agent = dot and kind in ("input", "process")
                 found[f"{kind}/{name}" if of_agent else path.stem] = path, ""
-        for path in self.tables():
-            for agent in agents_of(self.mcap(path)) if path.suffix == ".mcap" else ():
-                found.setdefault(named(agent), (path, agent))
+        for file in self._mcaps():
+            for agent in agents_of(file):
+                found.setdefault(named(agent), (file.path, agent))
         return {name: found[name] for name in sorted(found, key=natural)}
 
     def __repr__(self) -> str:
@@ -166,16 +166,15 @@ class Recording(Mapping[str, "Columns"]):
 
     def passed(self) -> dict[str, str]:
         """Return topics of MCAP files that are not read, each with the reason."""
-        files = [path for path in self.tables() if path.suffix == ".mcap"]
-        return {k: why for path in files for k, why in self.mcap(path).passed.items()}
+        return {k: why for file in self._mcaps() for k, why in file.passed.items()}
 
     def manifest(self) -> Manifest:
         """Return the manifest of the run, from run.json or its MCAP file."""
-        found = read_manifest(self.folder)
-        for path in self.tables():
-            if found is None and path.suffix == ".mcap":
-                found = self.mcap(path).manifest()
-        return found or Manifest()
+        inside = (file.told for file in self._mcaps() if file.told.experiment)
+        return read_manifest(self.folder) or next(inside, Manifest())
+
+    def _mcaps(self) -> Iterator[McapFile]:
+        return (self.mcap(path) for path in self.tables() if path.suffix == ".mcap")
 
     def table(self, robot: str) -> Table:
         """Return all columns of a robot: `state/x [m]` to a plain array, for pandas."""

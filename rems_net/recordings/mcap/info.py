@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from rems_net.recordings.manifest import Manifest
 from rems_net.recordings.mcap.columns import read_blocks
 from rems_net.recordings.mcap.reader import McapFile
 
@@ -17,12 +16,10 @@ def describe(file: McapFile) -> Iterator[str]:
 
     Each key's chunks are read once, and one is in memory at a time.
     """
-    told = file.manifest() or Manifest()
-    agents = {kind: len(some) for kind, some in told.agents.items()}
-    many = {"process": "processes"}
+    told, many = file.told, {"process": "processes"}
     counted = [
-        f"{n} {kind if n == 1 else many.get(kind, f'{kind}s')}"
-        for kind, n in agents.items()
+        f"{len(some)} {kind if len(some) == 1 else many.get(kind, f'{kind}s')}"
+        for kind, some in told.agents.items()
     ]
     name = told.experiment or "an experiment without a name"
     yield f"what  {'; '.join([name, *counted, f'seed {told.seed}'])}"

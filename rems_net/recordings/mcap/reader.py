@@ -168,17 +168,13 @@ class McapFile:
     @cached_property
     def told(self) -> Manifest:
         """The same as of a run.json; an empty one if it is not there."""
-        return self.manifest() or Manifest()
+        return parsed(self.about()) or Manifest()
 
     @cached_property
     def last(self) -> int:
         """The last tick; 0 if the length of a tick is not known."""
         end = max((one.end for one in self.chunks), default=0) / 1e9
         return round(end / self.told.dt) if self.told.dt else 0
-
-    def manifest(self) -> Manifest | None:
-        """Return the same as of a run.json; None if it is not there."""
-        return parsed(self.about())
 
     def ordered(self, key: str) -> list[str]:
         """Return the paths of a port in the order of its definition.

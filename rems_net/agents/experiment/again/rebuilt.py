@@ -182,8 +182,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
     Raises ExperimentError for what is no recording, or cannot be built again.
     """
     file = McapFile(path)
-    told = file.manifest()
-    if told is None or not told.agents or not told.dt:
+    told = file.told
+    if not told.agents or not told.dt:
         raise ExperimentError(
             f"{path} has no experiment in it that could be done again; an output of "
             "type mcap writes such a file. (R0436)"
