@@ -140,7 +140,7 @@ class Viewer(Visitor):
         if gone:
             self.send(wire.pack_text("unadvertise", channelIds=sorted(gone)))
         if come:
-            told = [ports.channels[number].told for number in sorted(come)]
+            told = [ports.channels[number] for number in sorted(come)]
             self.send(wire.pack_text("advertise", channels=told))
 
     def show(self, changed: dict[int, Value], ports: Ports) -> None:
