@@ -30,7 +30,7 @@ class RecordedRuns:
     recording, and for a second one of another experiment.
     """
 
-    def __init__(self, *paths: Path, folder: Path = Path()) -> None:
+    def __init__(self, *paths: Path) -> None:
         self.runs: list[RecordedRun] = []
         try:
             for path in paths:
@@ -47,9 +47,9 @@ class RecordedRuns:
         self.dt = told.dt or TICK
         self.begin = min(run.begin for run in self.runs)
         self.end = max(run.end for run in self.runs)
-        self.scenes = scenes_of(told, folder)
+        self.scenes = scenes_of(told)
         for ghosts in self.runs[1:]:
-            for agent, scene in scenes_of(ghosts.file.told, folder).items():
+            for agent, scene in scenes_of(ghosts.file.told).items():
                 if agent.startswith("robot/"):
                     self.scenes[ghosts.named(agent)] = scene | {"ghost": agent}
 

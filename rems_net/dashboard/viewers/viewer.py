@@ -42,14 +42,14 @@ class Viewer(Visitor):
         self.follows: set[str] | None = None
         self._said: dict[str, float] = {}
 
-    def say(self, sentence: str, level: int = wire.ERROR) -> None:
+    def say(self, sentence: str) -> None:
         """Show a sentence, but not again and again."""
         now = time.monotonic()
         if now > self._said.get(sentence, 0.0) + AGAIN:
             if len(self._said) > CHANNELS:
                 self._said.clear()
             self._said[sentence] = now
-            self.send(wire.pack_text("status", level=level, message=sentence))
+            self.send(wire.pack_text("status", level=wire.ERROR, message=sentence))
 
     def send(self, message: str | bytes) -> None:
         """Send without waiting."""
