@@ -92,9 +92,7 @@ class Stream:
     def _rest(self) -> None:
         """Subscribe to nothing: no page looks."""
         self.feed.close()
-        self._schemas.clear()
-        self._asked.clear()
-        self._drawn.clear()
+        self._begin_anew()
         self._status, self._scenes = (0, {}), (0, {})
 
     async def run(self) -> None:

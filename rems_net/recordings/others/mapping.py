@@ -27,7 +27,7 @@ KEYS = ("columns", "stamped", "frame", "files")
 COLUMN = ("field", "unit", "wrap", "factor")
 FRAME = ("ahead", "left", "settled")
 STAMPED = ("end", "start")
-PORTS = ("time", "command/", "state/", "sensors/")
+PORTS = ("command/", "state/", "sensors/")
 
 Values = NDArray[Any]
 
@@ -184,7 +184,7 @@ def _meaning(where: str, given: object) -> Meaning:
     _known(where, given, COLUMN)
     try:
         made = Meaning(**given)
-        if made.field != "time" and not made.field.startswith(PORTS[1:]):
+        if made.field != "time" and not made.field.startswith(PORTS):
             raise ExperimentError(
                 f"its field is {made.field!r}; expected 'time', or a path such as "
                 "'state/x', 'command/wheel/left' or 'sensors/gyro'. (R0844)"
