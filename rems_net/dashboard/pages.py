@@ -10,6 +10,8 @@ from rems_net.dashboard.protocol import RATE
 
 #: bytes that wait for a page. A page with more gets nothing until they are gone.
 FULL = 256 * 1024
+#: what a page has first
+NOTHING: dict[str, Any] = {}
 #: close code of WebSocket: too many messages
 NOISY = 4429
 
@@ -64,9 +66,8 @@ class Page(Visitor):
         #: number of channels and of schemas that it knows
         self.channels = 0
         self.schemas = 0
-        #: number of the newest status, scenes and events that it has
-        self.status = 0
-        self.scenes = 0
+        #: the newest status and scenes that it has, and how many events
+        self.status = self.scenes = NOTHING
         self.events = 0
         #: number of the run whose values it shows
         self.run = 0
