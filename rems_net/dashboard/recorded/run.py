@@ -47,10 +47,9 @@ class RecordedRun:
     def __init__(self, path: Path, first: int = 1, mark: str = "") -> None:
         self.file = McapFile(path)
         self.mark = mark
-        chunks = self.file.chunks
         #: s. Its first and last value.
-        self.begin = min((one.start for one in chunks), default=0) / 1e9
-        self.end = max((one.end for one in chunks), default=0) / 1e9
+        self.begin = min((one.start for one in self.file.chunks), default=0) / 1e9
+        self.end = self.file.end
         self.tracks = [*self._tracks(first)]
         self._access = Access(self.file)
 

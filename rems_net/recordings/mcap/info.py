@@ -23,9 +23,8 @@ def describe(file: McapFile) -> Iterator[str]:
     ]
     name = told.experiment or "an experiment without a name"
     yield f"what  {'; '.join([name, *counted, f'seed {told.seed}'])}"
-    end = max((one.end for one in file.chunks), default=0) / 1e9
     steps = f", in ticks of {told.dt:g} s" if told.dt else ""
-    yield f"when  until {end:g} s of fabric time{steps}"
+    yield f"when  until {file.end:g} s of fabric time{steps}"
     total, keys = sum(file.counts.values()), len(file.channels)
     size = file.path.stat().st_size / 1e6
     yield f"size  {size:.3g} MB, {total} values of {keys} keys"
@@ -33,7 +32,7 @@ def describe(file: McapFile) -> Iterator[str]:
         yield "      It has no end: its writer was killed. It was read all the same."
     for key in [*file.channels][:SHOWN]:
         count = file.counts[key]
-        rate = f", {count / end:.3g} a second" if end else ""
+        rate = f", {count / file.end:.3g} a second" if file.end else ""
         yield f"{key}: {count}{rate}"
         yield from _ranges(file, key)
     if keys > SHOWN:

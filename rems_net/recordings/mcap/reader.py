@@ -170,11 +170,15 @@ class McapFile:
         """The same as of a run.json; an empty one if it is not there."""
         return parsed(self.about()) or Manifest()
 
+    @property
+    def end(self) -> float:
+        """Time of the last value, s; 0 if there is none."""
+        return max((one.end for one in self.chunks), default=0) / 1e9
+
     @cached_property
     def last(self) -> int:
         """The last tick; 0 if the length of a tick is not known."""
-        end = max((one.end for one in self.chunks), default=0) / 1e9
-        return round(end / self.told.dt) if self.told.dt else 0
+        return round(self.end / self.told.dt) if self.told.dt else 0
 
     def ordered(self, key: str) -> list[str]:
         """Return the paths of a port in the order of its definition.
