@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.errors import MissingPartError
+from rems_net.libraries import needed
 from rems_net.recordings.animation.stage import FAR, circle, placed, things
 from rems_net.recordings.comparison import APART, Pair, Trajectory, reference
-from rems_net.uncaught import hiding
 
 #: Okabe and Ito's colours, which colour-blind people can distinguish; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -47,17 +46,11 @@ def page(
 
     names: of the robots, for the legend beside the axes.
     """
-    try:
+    with needed("matplotlib", "plot", "The picture"):
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
         from matplotlib.lines import Line2D
-    except ImportError as error:
-        raise MissingPartError(
-            hiding(error)
-            or f"The picture needs matplotlib, which cannot be imported ({error}). "
-            'Type: pip install "rems-net[plot]"'
-        ) from None
     with rc_context({"font.size": 9.5, "axes.titlesize": 10.5, "text.color": INK}):
         width, height = 12.0 if paths else 9.0, max(5.6 if paths else 3.2, 2.3 * panels)
         figure = Figure((width, height), layout="constrained", facecolor="white")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError, MissingPartError
+from rems_net.libraries import needed
 from rems_net.recordings.animation.stage import (
     FAR,
     circle,
@@ -21,7 +22,6 @@ from rems_net.recordings.animation.stage import (
 )
 from rems_net.recordings.comparison import Trajectory
 from rems_net.recordings.picture import COLOURS, FAINT, INK, WALL
-from rems_net.uncaught import hiding
 
 #: pixels; in each direction, before they are made smaller for smooth edges
 SIZE, SMOOTH = (640, 480), 2
@@ -135,14 +135,8 @@ def _pictures(
 
 def _pillow() -> tuple[Any, Any, Any]:
     """Return Pillow's modules. Raises MissingPartError."""
-    try:
+    with needed("Pillow", "animate", "A film"):
         from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise MissingPartError(
-            hiding(error)
-            or f"A film needs Pillow, which cannot be imported ({error}). Type: "
-            'pip install "rems-net[animate]" (R0301)'
-        ) from None
     return Image, ImageDraw, ImageFont
 
 
