@@ -40,15 +40,13 @@ class Sighting:
     pose: (3,), x and y in m and heading in rad, of the marker's owner
     spread: its covariance (3, 3) if edges are offset by 1 px, standard deviation
     misfit: sum of the squares of its edges' offsets and tilts from the fit, px2
-    scale, unsure: measured edge of the marker as a share of its size, and the standard
-        deviation of that if edges are offset by 1 px
+    scale: measured edge of the marker as a share of its size
     """
 
     pose: Array
     spread: Array
     misfit: float
     scale: float
-    unsure: float
 
 
 def corners(marker: Marker) -> Array:
@@ -88,8 +86,8 @@ def sight(view: View, marker: Marker, height: float, pixels: Array) -> Sighting 
     twist = TWISTS.get(marker.family, 1.0)
     spread[2] *= twist
     spread[:, 2] *= twist
-    misfit, unsure = float(missing @ missing), float(np.sqrt(spread[3, 3]))
-    return Sighting(found[:3], spread[:3, :3], misfit, float(found[3]), unsure)
+    misfit = float(missing @ missing)
+    return Sighting(found[:3], spread[:3, :3], misfit, float(found[3]))
 
 
 def _by_edges(pixels: Array, tilt: float) -> Array:
