@@ -61,13 +61,16 @@ def load(library: str, extra: str) -> Any:
 
 
 @contextmanager
-def needed(library: str, extra: str) -> Iterator[None]:
-    """Turn a failing import in this block into a MissingPartError with the reason."""
+def needed(library: str, extra: str, what: str = "This") -> Iterator[None]:
+    """Turn a failing import in this block into a MissingPartError with the reason.
+
+    what: that needs it, to begin a sentence.
+    """
     try:
         yield
     except ImportError as why:
         raise MissingPartError(
             hiding(why)
-            or f"This needs {library}, which cannot be imported ({why}). Type: "
+            or f"{what} needs {library}, which cannot be imported ({why}). Type: "
             f'pip install "rems-net[{extra}]" (R0301)'
         ) from why

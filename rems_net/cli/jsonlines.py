@@ -11,7 +11,6 @@ from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import AgentError
 from rems_net.events import Event
-from rems_net.recordings.comparison import compare, trajectories
 
 #: fields for each two robots: m, rad and s, as in a recording's `compare()`
 PAIR = ("a", "b", "rms", "final", "rms_turn", "final_turn", "parted")
@@ -46,7 +45,7 @@ class JsonLines(Show):
         """Print the report: an event with more fields."""
         files = [str(path) for path in (*result.files, *result.others)]
         text = f"{len(files)} files in {result.folder}"
-        pairs = compare(trajectories(result.files))
+        pairs = result.pairs(result.trajectories())
         apart = [{name: getattr(pair, name) for name in PAIR} for pair in pairs]
         event = Event("info", result.ticks, "run", "report", text)
         self._print(event, folder=str(result.folder), files=files, pairs=apart)

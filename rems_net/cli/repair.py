@@ -40,8 +40,7 @@ def run(args: argparse.Namespace) -> int:
             "copy it to a disk with room for it, and repair the copy. (R0905)"
         ) from None
     file = McapFile(path)
-    until = max((one.end for one in file.chunks), default=0) / 1e9
-    has = f"{sum(file.counts.values())} values, until {until:g} s"
+    has = f"{sum(file.counts.values())} values, until {file.end:g} s"
     print(f"{path} {'has an end now' if done else 'is whole'}: it has {has}.")
     return 0
 

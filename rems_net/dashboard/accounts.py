@@ -6,39 +6,31 @@ sessions in one process cost 2 MB; one is open only while its user looks.
 
 import asyncio
 from collections import Counter, defaultdict
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING
 
 from rems_net.client import Fabric
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
+if TYPE_CHECKING:
+    from rems_net.dashboard.server import Server
+
 #: s. A session stays open after its last page: a page that is loaded again comes back.
 LINGER = 5.0
 
 
-class Runs(Protocol):
-    """A server that runs until it is cancelled, and then closes its session."""
-
-    def run(self) -> Coroutine[Any, Any, None]:
-        """Run until cancelled."""
-        ...
-
-
-S = TypeVar("S", bound=Runs)
-
-
-class Accounts(Generic[S]):
+class Accounts:
     """Servers of users, one of each whose page is open. All belong to one thread.
 
     links: the router, the fabric and the password of each user.
     make: returns the server of a fabric.
     """
 
-    def __init__(self, links: Mapping[str, Link], make: Callable[[Fabric], S]):
+    def __init__(self, links: Mapping[str, Link], make: "Callable[[Fabric], Server]"):
         self._links, self._make = links, make
-        self._open: dict[str, tuple[S, asyncio.Task[None]]] = {}
+        self._open: dict[str, tuple[Server, asyncio.Task[None]]] = {}
         self._opening: defaultdict[str, asyncio.Lock] = defaultdict(asyncio.Lock)
         self._pages: Counter[str] = Counter()
 
@@ -48,7 +40,7 @@ class Accounts(Generic[S]):
         return self._pages.total()
 
     @asynccontextmanager
-    async def of(self, user: str) -> AsyncIterator[S]:
+    async def of(self, user: str) -> "AsyncIterator[Server]":
         """Yield the server of a user, for one page.
 
         Raises FabricError if the router does not answer or does not let the user in.

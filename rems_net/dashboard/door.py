@@ -86,12 +86,11 @@ class Door:
         """Return whether a WebSocket may open: its page is this server's own."""
         return self.is_here(host) and origin == f"http://{host}"
 
-    def knows(self, token: object) -> bool:
-        """Return whether it is a token, in a time that does not depend on it."""
-        return self.user_of(token) is not None
-
     def user_of(self, token: object) -> str | None:
-        """Return the user whose token it is; "" for the page's own; None for none."""
+        """Return the user whose token it is; "" for the page's own; None for none.
+
+        The time that this takes does not depend on the token.
+        """
         given = token if isinstance(token, str) and token.isascii() else ""
         found = None
         for one, user in (*self._users.items(), (self.token, "")):

@@ -16,7 +16,7 @@ from rems_net.router.message import read
 from rems_net.router.publisher import Watch
 from rems_net.router.session import Session
 
-#: channels; values of further ones are dropped and counted
+#: channels; values of further ones are dropped
 MOST = 8192
 #: letters that are read for one display frame; the rest waits for the next one
 AT_ONCE = 20_000
@@ -57,7 +57,6 @@ class Feed:
         #: the last reports of the run, each with its number
         self.events: deque[dict[str, Any]] = deque(maxlen=EVENTS)
         self.told = 0
-        self.dropped = 0
         #: number of the run, from its ticks; 0 if none has come
         self.run = 0
 
@@ -144,7 +143,6 @@ class Feed:
         if known is None or known[0] != schema:
             channel = self._channel(key, mail)
             if channel is None:
-                self.dropped += 1
                 return
             known = self._known[key] = (schema, channel)
         channel = known[1]
@@ -155,10 +153,8 @@ class Feed:
                     self.run = beat[0]
         stamp = mail.attachment
         payload = mail.payload if mail.size <= LARGEST else pack({"bytes": mail.size})
-        if len(stamp) > 64:
-            self.dropped += 1
-            return
-        changed[channel.id] = self.latest[channel.id] = (stamp, payload)
+        if len(stamp) <= 64:
+            changed[channel.id] = self.latest[channel.id] = (stamp, payload)
 
     def _channel(self, key: str, mail: Mail) -> Channel | None:
         """Return the channel of a key and a schema; None if there are too many."""

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterable
+from collections.abc import AsyncIterator, Iterable
 from typing import Any
 
 from rems_net.dashboard.controls import Controls
@@ -10,45 +10,48 @@ from rems_net.dashboard.protocol import RATE
 
 #: bytes that wait for a page. A page with more gets nothing until they are gone.
 FULL = 256 * 1024
+#: what a page has first
+NOTHING: dict[str, Any] = {}
+#: close code of WebSocket: too many messages
+NOISY = 4429
 
 
 class Visitor:
-    """One browser, behind a WebSocket."""
+    """One browser, or another program, behind a WebSocket.
 
-    def __init__(self, link: Any):
-        self._link = link
-        #: agents of which it shows every port
-        self.looks: set[str] = set()
+    rate: messages that it may send, a second.
+    """
+
+    def __init__(self, link: Any, rate: float = RATE):
+        self.link, self._rate = link, rate
         #: messages that it may still send
-        self._left, self._since = RATE, time.monotonic()
+        self._left, self._since = rate, time.monotonic()
 
     @property
     def is_full(self) -> bool:
         """Whether so much waits for it that it gets no frame."""
-        waiting: int = self._link.transport.get_write_buffer_size()
+        waiting: int = self.link.transport.get_write_buffer_size()
         return waiting > FULL
 
     def cut(self) -> None:
         """End the connection at once if it does not take what waits for it."""
-        if self._link.transport.get_write_buffer_size():
-            self._link.transport.abort()
+        if self.link.transport.get_write_buffer_size():
+            self.link.transport.abort()
 
-    def may_speak(self) -> bool:
-        """Return whether another message keeps it below RATE."""
-        now = time.monotonic()
-        self._left = min(RATE, self._left + (now - self._since) * RATE)
-        self._since = now
-        self._left -= 1.0
-        return self._left >= 0.0
+    async def messages(self) -> AsyncIterator[str | bytes]:
+        """Yield its messages until it goes, or sends too many."""
+        async for message in self.link:
+            now = time.monotonic()
+            more = (now - self._since) * self._rate
+            self._left, self._since = min(self._rate, self._left + more) - 1.0, now
+            if self._left < 0.0:
+                await self.link.close(NOISY, "too many messages")
+                return
+            yield message
 
-    async def send(self, plain: dict[str, Any]) -> None:
+    async def write(self, plain: dict[str, Any]) -> None:
         """Send a JSON text."""
-        await self._link.send(text_of(plain))
-
-    @property
-    def link(self) -> Any:
-        """Its connection."""
-        return self._link
+        await self.link.send(text_of(plain))
 
 
 class Page(Visitor):
@@ -56,14 +59,15 @@ class Page(Visitor):
 
     def __init__(self, link: Any, controls: Controls):
         super().__init__(link)
+        #: agents of which it shows every port
+        self.looks: set[str] = set()
         #: the robots that it drives
         self.controls = controls
         #: number of channels and of schemas that it knows
         self.channels = 0
         self.schemas = 0
-        #: number of the newest status, scenes and events that it has
-        self.status = 0
-        self.scenes = 0
+        #: the newest status and scenes that it has, and how many events
+        self.status = self.scenes = NOTHING
         self.events = 0
         #: number of the run whose values it shows
         self.run = 0

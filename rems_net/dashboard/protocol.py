@@ -83,18 +83,15 @@ def described(schema: Schema) -> list[dict[str, Any]]:
     """Return a schema as a list of its fields, for a browser."""
     rows = []
     for path, field in schema.rows():
-        row: dict[str, Any] = {"path": path, "dtype": field.dtype, "unit": field.unit}
-        if field.range is not None:
-            row["range"] = list(field.range)
-        if field.shape:
-            row["shape"] = list(field.shape)
-        if field.choices:
-            row["choices"] = list(field.choices)
-        if field.doc:
-            row["doc"] = field.doc
-        if field.item is not None:
-            row["item"] = described(field.item)
-        rows.append(row)
+        more = {
+            "range": list(field.range or ()),
+            "shape": list(field.shape),
+            "choices": list(field.choices),
+            "doc": field.doc,
+            "item": described(field.item) if field.item is not None else None,
+        }
+        row = {"path": path, "dtype": field.dtype, "unit": field.unit}
+        rows.append(row | {word: one for word, one in more.items() if one})
     return rows
 
 

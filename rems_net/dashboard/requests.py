@@ -56,13 +56,13 @@ class Requests:
         self._due = 0.0
         #: verb of a page's request -> method
         self.deeds: dict[str, Callable[[dict[str, Any]], Any]] = {
-            "stop": self._stop,
-            "release": self._release,
+            "stop": lambda _: [*map(str, self.fabric.stop())],
+            "release": lambda _: self.fabric.release(),
             "pause": lambda _: self.fabric.clock("pause"),
             "resume": lambda _: self.fabric.clock("resume"),
             "step": self._step,
             "pace": self._pace,
-            "why": self._why,
+            "why": lambda one: self.fabric.why(str(one.get("key", ""))[:256]),
             "settings": self._settings,
             "adjust": self._adjust,
             "doctor": self._doctor,
@@ -84,12 +84,6 @@ class Requests:
             )
         return deed(request)
 
-    def _stop(self, _: dict[str, Any]) -> list[str]:
-        return [str(receipt) for receipt in self.fabric.stop()]
-
-    def _release(self, _: dict[str, Any]) -> Any:
-        return self.fabric.release()
-
     def _step(self, request: dict[str, Any]) -> Any:
         count: Any = request.get("count", 1)
         if type(count) is not int or not 0 < count <= 1000:
@@ -105,9 +99,6 @@ class Requests:
                 f"A pace is more than 0 and at most 1000, not {pace!r:.40}. (R1003)"
             )
         return self.fabric.clock("pace", float(pace))
-
-    def _why(self, request: dict[str, Any]) -> list[str]:
-        return self.fabric.why(str(request.get("key", ""))[:256])
 
     def _settings(self, request: dict[str, Any]) -> list[dict[str, Any]]:
         """Return the settings of an agent; none if it does not list them."""

@@ -4,7 +4,7 @@ import asyncio
 import logging
 import socket
 import time
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -26,7 +26,7 @@ from rems_net.client import Fabric
 from rems_net.dashboard.accounts import Accounts
 from rems_net.dashboard.controls import Controls
 from rems_net.dashboard.door import VIEWERS, Answer, Door, refusal
-from rems_net.dashboard.pages import Page, Visitor
+from rems_net.dashboard.pages import Page
 from rems_net.dashboard.protocol import LONGEST, VERSION, read_look, read_message
 from rems_net.dashboard.stream import Stream
 from rems_net.dashboard.streams import Streams
@@ -43,8 +43,8 @@ GREETING = 5.0
 WRONG = 0.5
 #: s. A page that does not answer a ping for this long is closed.
 PING = 20.0
-#: close codes: a wrong token, a fabric of others, too many messages, another version
-DENIED, FOREIGN, NOISY, OTHER_VERSION = 4401, 4403, 4429, 4426
+#: close codes: a wrong token, a fabric of others, another version
+DENIED, FOREIGN, OTHER_VERSION = 4401, 4403, 4426
 #: close code of RFC 6455 and its registry: the page tries again by itself
 LATER = 1013
 QUIET = logging.getLogger("rems_net.dashboard.websockets")
@@ -79,7 +79,7 @@ class PageServer:
     async def listen(self, sock: socket.socket) -> Listener:
         """Listen at a bound socket, the door's."""
         return await serve(
-            self.meet,
+            self._meet,
             sock=sock,
             process_request=self._let_in,
             select_subprotocol=chosen,
@@ -93,6 +93,10 @@ class PageServer:
             server_header=None,
             logger=QUIET,
         )
+
+    async def _meet(self, link: ServerConnection) -> None:
+        with suppress(ConnectionClosed):
+            await self.meet(link)
 
     def _let_in(self, link: ServerConnection, request: Request) -> Response | None:
         """Answer a request of a file; None lets a WebSocket open."""
@@ -136,7 +140,7 @@ class PageServer:
         except (TimeoutError, WireError, ConnectionClosed):
             await link.close(DENIED, "no token")
             return None
-        if not self.door.knows(hello.get("hello")):
+        if self.door.user_of(hello.get("hello")) is None:
             await asyncio.sleep(WRONG)
             await link.close(DENIED, "another token: use the newest link")
             return None
@@ -144,15 +148,6 @@ class PageServer:
             await link.close(OTHER_VERSION, "another version: load the page again")
             return None
         return hello
-
-    async def texts(self, page: Visitor) -> AsyncIterator[str | bytes]:
-        """Yield the messages of a page until it goes, or sends too many."""
-        with suppress(ConnectionClosed):
-            async for text in page.link:
-                if not page.may_speak():
-                    await page.link.close(NOISY, "too many messages")
-                    return
-                yield text
 
 
 class Server(PageServer):
@@ -176,7 +171,7 @@ class Server(PageServer):
     ):
         super().__init__(door)
         self._layout = layout
-        self.accounts: Accounts[Server] = Accounts(
+        self.accounts = Accounts(
             accounts or {}, lambda theirs: Server(theirs, door, rate, layout=layout)
         )
         self.stream = Stream(fabric, broadcast, rate, again)
@@ -199,8 +194,7 @@ class Server(PageServer):
     async def meet(self, link: ServerConnection) -> None:
         """Serve one connection, from its token to its end."""
         if link.request is not None and link.request.path.startswith(VIEWERS):
-            with suppress(ConnectionClosed):
-                await self.viewers.meet(link)
+            await self.viewers.meet(link)
             return
         hello = await self._greeting(link)
         if hello is None:
@@ -231,7 +225,7 @@ class Server(PageServer):
             return
         page = Page(link, Controls(stream.fabric, stream.workers))
         try:
-            await page.send({"welcome": self._welcome(stream)})
+            await page.write({"welcome": self._welcome(stream)})
             stream.add(page)
             await self._hear(page, stream)
         finally:
@@ -254,7 +248,7 @@ class Server(PageServer):
     async def _hear(self, page: Page, stream: Stream) -> None:
         """Obey the messages of a page until it goes."""
         doing: set[asyncio.Task[None]] = set()
-        async for text in self.texts(page):
+        async for text in page.messages():
             task = asyncio.create_task(self._obey(page, stream, text))
             doing.add(task)
             task.add_done_callback(doing.discard)
@@ -289,4 +283,4 @@ class Server(PageServer):
             answer["error"] = f"This failed: {type(error).__name__}: {error}"[:500]
         stream.look_again()
         with suppress(ConnectionClosed):
-            await page.send({"answer": answer})
+            await page.write({"answer": answer})

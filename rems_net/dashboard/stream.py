@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from rems_net.client import Fabric
 from rems_net.dashboard.controls import CHECK, REST, Controls
 from rems_net.dashboard.feed import Channel, Feed
-from rems_net.dashboard.pages import Page, ready, text_of
+from rems_net.dashboard.pages import NOTHING, Page, ready, text_of
 from rems_net.dashboard.protocol import Value, pack_frame
 from rems_net.dashboard.requests import Requests
 from rems_net.errors import RemsError
@@ -50,8 +50,7 @@ class Stream:
         #: digest -> fields, or None for an unknown schema, in the order of learning
         self._schemas: dict[str, Any] = {}
         self._asked: set[str] = set()
-        self._status: tuple[int, dict[str, Any]] = (0, {})
-        self._scenes: tuple[int, dict[str, Any]] = (0, {})
+        self._status = self._scenes = NOTHING
         #: agents that were asked for their places and outlines
         self._drawn: set[str] = set()
         #: count of the runs so far; a run's own number is random
@@ -92,10 +91,8 @@ class Stream:
     def _rest(self) -> None:
         """Subscribe to nothing: no page looks."""
         self.feed.close()
-        self._schemas.clear()
-        self._asked.clear()
-        self._drawn.clear()
-        self._status, self._scenes = (0, {}), (0, {})
+        self._begin_anew()
+        self._status = self._scenes = NOTHING
 
     async def run(self) -> None:
         """Send frames and the state of the run, until cancelled."""
@@ -182,14 +179,14 @@ class Stream:
                 channel._asdict() for channel in self.feed.channels[page.channels :]
             ]
             page.channels = len(self.feed.channels)
-        if page.status != self._status[0]:
-            page.status, news["status"] = self._status
+        if page.status is not self._status:
+            page.status = news["status"] = self._status
         if page.events < self.feed.told:
             new = min(self.feed.told - page.events, len(self.feed.events))
             news["events"] = list(self.feed.events)[len(self.feed.events) - new :]
             page.events = self.feed.told
-        if page.scenes != self._scenes[0]:
-            page.scenes, news["scenes"] = self._scenes
+        if page.scenes is not self._scenes:
+            page.scenes = news["scenes"] = self._scenes
         if beat := page.controls.beat(time.monotonic()):
             news["beat"] = beat
         if news:
@@ -226,8 +223,8 @@ class Stream:
             if self.feed.is_open:
                 with suppress(RemsError):
                     found = await self.in_thread(self.requests.status)
-                    if found != self._status[1]:
-                        self._status = (self._status[0] + 1, found)
+                    if found != self._status:
+                        self._status = found
                     alone = 0 if found["clock"] else alone + 1
                     if alone > ALONE and self._again is not None:
                         alone = 0
@@ -267,5 +264,4 @@ class Stream:
                 self._drawn = set(self.feed.agents)
                 with suppress(RemsError):
                     ask = partial(self.requests.scenes, self._drawn)
-                    found = await self.in_thread(ask)
-                    self._scenes = (self._scenes[0] + 1, found)
+                    self._scenes = await self.in_thread(ask)

@@ -122,14 +122,8 @@ def _look(session: Session) -> dict[str, Any]:
 
 def _row(state: dict[str, Any]) -> dict[str, Any]:
     kinds = [kind for _, kind, _ in state["agents"]]
-    return {
-        "tick": state["tick"],
-        "t": state["t"],
-        "clock": state["clock"],
-        "stopped": state["stopped"],
-        "late": state["late"],
-        "robots": kinds.count("robot"),
-    }
+    shown = {word: state[word] for word in ("tick", "t", "clock", "stopped", "late")}
+    return shown | {"robots": kinds.count("robot")}
 
 
 def _people(session: Session) -> list[Person]:

@@ -65,7 +65,7 @@ def _worst(
     """Return the marker without which the others fit together best."""
     left = []
     for number in range(len(seen)):
-        keep = np.ones(len(points), bool)
-        keep[4 * number : 4 * number + 4] = False
-        left.append(place_of(finder.view, points[keep], pixels[keep])[1])
+        own = slice(4 * number, 4 * number + 4)
+        others = (np.delete(one, own, axis=0) for one in (points, pixels))
+        left.append(place_of(finder.view, *others)[1])
     return seen[int(np.argmin(left))]

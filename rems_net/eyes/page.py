@@ -1,6 +1,7 @@
 """Page: A4 pages of markers to print, as SVG."""
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 from rems_net.bodies.marker import Marker
 from rems_net.errors import SchemaError
@@ -47,10 +48,10 @@ def _page(content: str) -> str:
 def _ruler() -> str:
     """Return a line of 100 mm with its marks, and what it is for."""
     y = MARGIN + LINE
-    marks = []
-    for mm in range(0, int(RULER) + 1, 5):
-        length = 4 if mm % 10 == 0 else 2
-        marks.append(f"M{MARGIN + mm:g} {y:g}v{length}")
+    marks = [
+        f"M{MARGIN + mm:g} {y:g}v{2 if mm % 10 else 4}"
+        for mm in range(0, int(RULER) + 1, 5)
+    ]
     text = (
         "This line is 100 mm long. If yours is not, print again at 100 % (actual "
         "size), or write the size that you measure."
@@ -68,14 +69,12 @@ def _marker(marker: Marker, x: float, y: float) -> str:
     black = []
     for row, bits in enumerate(cells(marker).tolist()):
         column = 0
-        while column < len(bits):
-            run = 0
-            while column + run < len(bits) and not bits[column + run]:
-                run += 1
-            if run:  # one rectangle for neighbours: no seams between them
+        for bit, some in groupby(bits):
+            run = len([*some])
+            if not bit:  # one rectangle for neighbours: no seams between them
                 at = f"M{x + column * cell:.4f} {y + row * cell:.4f}"
                 black.append(f"{at}h{run * cell:.4f}v{cell:.4f}h{-run * cell:.4f}z")
-            column += run or 1
+            column += run
     middle, shape = x + paper / 2, "".join(black)
     name = f"{marker.family} {marker.id}, {1e3 * marker.size:g} mm"
     return (

@@ -5,6 +5,7 @@ import numpy as np
 from rems_net.bodies.lens import Lens
 from rems_net.bodies.parts import Array
 from rems_net.eyes.view import View
+from rems_net.kinematics.rotation import about
 from rems_net.maths import atan2, hypot, sincos
 
 #: markers that are needed: with fewer, a wrong one is not noticed
@@ -96,8 +97,5 @@ def _begin(lens: Lens, points: Array, straight: Array) -> View:
 def _about(vector: Array) -> Array:
     """Return the rotation (3, 3) about a vector by its length, rad."""
     angle = float(np.sqrt(vector @ vector))
-    x, y, z = (vector / (angle or 1.0)).tolist()
-    s, c = sincos(angle)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    turn: Array = np.eye(3) + s * cross + (1 - c) * (cross @ cross)
-    return turn
+    axis = (vector / (angle or 1.0)).tolist()
+    return np.reshape(about(axis, *sincos(angle)), (3, 3))

@@ -11,13 +11,13 @@ by itself, so there both deviate alike.
 """
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
 from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
 from rems_net.eyes.view import View
+from rems_net.kinematics.upright import wrapped
 from rems_net.maths import atan2, sincos
 
 #: steps of Gauss and Newton; the start is the corners' own back-projection
@@ -40,15 +40,13 @@ class Sighting:
     pose: (3,), x and y in m and heading in rad, of the marker's owner
     spread: its covariance (3, 3) if edges are offset by 1 px, standard deviation
     misfit: sum of the squares of its edges' offsets and tilts from the fit, px2
-    scale, unsure: measured edge of the marker as a share of its size, and the standard
-        deviation of that if edges are offset by 1 px
+    scale: measured edge of the marker as a share of its size
     """
 
     pose: Array
     spread: Array
     misfit: float
     scale: float
-    unsure: float
 
 
 def corners(marker: Marker) -> Array:
@@ -83,18 +81,13 @@ def sight(view: View, marker: Marker, height: float, pixels: Array) -> Sighting 
         step, *_ = np.linalg.lstsq(by, missing, rcond=None)
         found += step
     missing, by = _weighted(view, own, marker, found, height, straight, weights)
-    found[2] = wrap(found[2])
+    found[2] = wrapped(float(found[2]))
     spread: Array = np.linalg.inv(by.T @ by).astype(float)
     twist = TWISTS.get(marker.family, 1.0)
     spread[2] *= twist
     spread[:, 2] *= twist
-    misfit, unsure = float(missing @ missing), float(np.sqrt(spread[3, 3]))
-    return Sighting(found[:3], spread[:3, :3], misfit, float(found[3]), unsure)
-
-
-def wrap(angle: float) -> float:
-    """Return an angle from -pi to pi."""
-    return float((angle + pi) % (2 * pi) - pi)
+    misfit = float(missing @ missing)
+    return Sighting(found[:3], spread[:3, :3], misfit, float(found[3]))
 
 
 def _by_edges(pixels: Array, tilt: float) -> Array:

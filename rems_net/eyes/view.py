@@ -6,7 +6,7 @@ import numpy as np
 
 from rems_net.bodies.lens import Lens
 from rems_net.bodies.parts import Array
-from rems_net.maths import sincos
+from rems_net.kinematics.pose import Pose
 
 
 def turn_of(heading: float, pitch: float, roll: float) -> Array:
@@ -14,10 +14,7 @@ def turn_of(heading: float, pitch: float, roll: float) -> Array:
 
     heading: about z; pitch: up from the floor; roll: about ahead
     """
-    (s, c), (u, d), (q, r) = sincos(heading), sincos(pitch), sincos(roll)
-    ahead = np.array([d * c, d * s, u])
-    left, up = np.array([-s, c, 0.0]), np.array([-u * c, -u * s, d])
-    return np.column_stack([ahead, r * left + q * up, r * up - q * left])
+    return Pose.of(yaw=heading, pitch=-pitch, roll=roll).rotation
 
 
 @dataclass(frozen=True, slots=True)

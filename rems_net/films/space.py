@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import atan
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,14 +42,13 @@ STEEP, LEVEL = 0.7, 0.9999
 class InSpace:
     """Robots in their places, in 3-D, with their trails. `close` it at the end.
 
-    folder: base of the names of files, such as the model of a place. Raises
-    MissingPartError without a renderer, and ExperimentError if the recording does not
-    describe what was there.
+    Raises MissingPartError without a renderer, and ExperimentError if the recording
+    does not describe what was there.
     """
 
-    def __init__(self, recording: Recording, folder: Path = Path()):
+    def __init__(self, recording: Recording):
         look_for_renderer("A film in 3-D", "Or leave out --3d.")
-        scenes = scenes_of(recording.manifest(), folder)
+        scenes = scenes_of(recording.manifest())
         every = [*actors(recording, scenes)]
         self._robots = [one for one in every if one.key.startswith("robot/")]
         self._things = [one for one in every if one.key.startswith("world/")]

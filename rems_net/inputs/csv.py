@@ -21,8 +21,8 @@ from rems_net.defdict import (
     percent,
     text,
 )
-from rems_net.errors import ExperimentError, RemsError, nearest
-from rems_net.recordings.csv_file import Cell, Column, CsvFile, quoted
+from rems_net.errors import ExperimentError, RemsError, nearest, some
+from rems_net.recordings.csv_file import Cell, Column, CsvFile
 
 #: percent of full speed. Columns of the class's files.
 CLASS_COLUMNS = {"inpt.wh.l": "wheel/left", "inpt.wh.r": "wheel/right"}
@@ -134,7 +134,7 @@ def _commands(file: CsvFile) -> list[tuple[Column, str]]:
         raise ExperimentError(
             f"{file.shown}, line 1: no column is a command; expected "
             "'command/<field> [<unit>]', or 'inpt.wh.l' and 'inpt.wh.r', but the "
-            f"columns are {quoted(headings)}. (R0451)"
+            f"columns are {some(map(repr, headings))}. (R0451)"
         )
     return ours or known
 

@@ -1,25 +1,19 @@
 """Distance of two-wheeled robots, from the files of a run."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.defdict import number, parse_quantity
+from rems_net.defdict import parse_quantity
 from rems_net.errors import RemsError
 from rems_net.recordings.common import Common, common, interpolated, laid_at, lay
 from rems_net.recordings.csv_file import Column, CsvFile
-from rems_net.recordings.manifest import Manifest, Start, read_manifest
-from rems_net.recordings.mcap.columns import TIME, AgentColumns, agents_of
-from rems_net.recordings.mcap.reader import McapFile
-from rems_net.recordings.names import natural
-
-if TYPE_CHECKING:
-    from rems_net.recordings.table import Columns
+from rems_net.recordings.manifest import Manifest
+from rems_net.recordings.table import Columns, read_columns
 
 Array = NDArray[np.float64]
 
@@ -124,51 +118,6 @@ class Pair:
         return laid + interpolated(self.hidden, "m")
 
 
-def trajectories(
-    files: Iterable[Path], only: Collection[str] | None = None
-) -> list[Trajectory]:
-    """Read those of the robots in these files that have two wheels.
-
-    A robot in a CSV file is not read from an MCAP file as well. only: these robots.
-    """
-    files = [*files]
-    found: dict[str, Trajectory | None] = {}
-    runs: dict[Path, Manifest] = {}
-    for path in files:
-        if path.suffix == ".csv":
-            folder = path.parent
-            if folder not in runs:
-                runs[folder] = read_manifest(folder) or Manifest()
-            start = runs[folder].robots.get(path.stem)
-            if only is None or path.stem in only:
-                one = read_trajectory(path, start)
-                found[path.stem] = _in_place(one, start, runs[folder])
-    for path in files:
-        if path.suffix == ".mcap":
-            file = McapFile(path)
-            told = read_manifest(path.parent) or file.manifest() or Manifest()
-            for agent in sorted(agents_of(file), key=natural):
-                kind, _, name = agent.partition("/")
-                wanted = only is None or name in only
-                if kind == "robot" and name not in found and wanted:
-                    start = told.robots.get(name)
-                    columns = AgentColumns(file, agent, "state")
-                    one = _trajectory(name, columns, start)
-                    found[name] = _in_place(one, start, told)
-    return [one for one in found.values() if one is not None]
-
-
-def _in_place(
-    one: Trajectory | None, start: Start | None, told: Manifest
-) -> Trajectory | None:
-    """Add what the robot covers, and what stands around it."""
-    if one is None or start is None:
-        return one
-    things = told.worlds.get(start.world, {})
-    around = {name: corners(text) for name, text in things.items()}
-    return replace(one, outline=corners(start.outline), around=around)
-
-
 def corners(text: str) -> Array:
     """Return the corners (k, 2) of an outline, m; none if it is malformed."""
     try:
@@ -178,51 +127,46 @@ def corners(text: str) -> Array:
         return np.zeros((0, 2))
 
 
-def trajectory_of(columns: "Columns") -> Trajectory | None:
-    """Return where a robot was, from its columns; None if they have no pose."""
-    read = {column: columns.plain(column.name) for column in columns.columns()}
-    one = _trajectory(columns.name, read | {TIME: columns.seconds()}, None)
-    return None if one is None else replace(one, settled=columns.settled)
+def trajectory_of(columns: Columns, told: Manifest) -> Trajectory | None:
+    """Return where a robot was, from its columns; None if they have no pose.
 
-
-def read_trajectory(path: Path, start: Start | None = None) -> Trajectory | None:
-    """Read one file; None if its state does not begin with x, y and heading.
-
-    If the robot runs away, only the rows before are kept. Raises ExperimentError if it
-    is not a CSV file of a run.
+    told: of its run. If the robot runs away, only the rows before are kept.
     """
-    file = CsvFile(path)
-    columns = pose_of(file.columns)
-    if columns is None:
+    pose = pose_of(columns.columns())
+    if pose is None:
         return None
-    rows = file.numbers([(column, number(column.unit)) for column in columns])
-    numbers: Any = rows.cells
-    states = np.array(numbers, dtype=np.float64).reshape(-1, 3)
-    read = dict(zip(columns, states.T, strict=True))
-    return _trajectory(path.stem, {TIME: np.array(rows.times)} | read, start)
-
-
-def _trajectory(
-    name: str, read: Mapping[Column, Array], start: Start | None
-) -> Trajectory | None:
-    """Return where a robot was, from its columns; None if they are not those."""
-    columns = pose_of(read)
-    if columns is None:
-        return None
-    states = np.stack([read[column] for column in columns])
+    states = np.stack([columns.plain(one.name) for one in pose])
     near = until_far(states)
     if not near:
         return None
-    x, y, heading = states[:, :near]
-    units = zip(columns, POSE, strict=True)
-    a, b, c = (parse_quantity(f"1 {col.unit}", unit) for col, (_, unit) in units)
-    poses = a * x, b * y, c * heading
+    factors, time = si_factors(pose), columns.seconds()[:near]
+    x, y, heading = factors[:, None] * states[:, :near]
+    made = Trajectory(columns.name, time, x, y, heading, settled=columns.settled)
+    start = told.robots.get(columns.name)
+    if start is None:
+        return made
     before = None
-    if start is not None and all(col.heading in start.state for col in columns):
-        p, q, r = (start.state[col.heading] for col in columns)
-        before = start.time, a * p, b * q, c * r
-    arena = start.arena if start else 0.0
-    return Trajectory(name, read[TIME][:near], *poses, before, arena)
+    if all(one.heading in start.state for one in pose):
+        x, y, heading = factors * [start.state[one.heading] for one in pose]
+        before = start.time, x, y, heading
+    things = told.worlds.get(start.world, {})
+    return replace(
+        made,
+        start=before,
+        arena=start.arena,
+        outline=corners(start.outline),
+        around={name: corners(text) for name, text in things.items()},
+    )
+
+
+def read_pose(path: Path) -> Columns | None:
+    """Return only x, y and heading of a CSV file; None if it does not have them.
+
+    Raises ExperimentError if it is not a CSV file of a run.
+    """
+    file = CsvFile(path)
+    pose = pose_of(file.columns)
+    return None if pose is None else read_columns(file, pose)
 
 
 def until_far(columns: Array) -> int:
@@ -242,7 +186,13 @@ def pose_of(columns: Iterable[Column]) -> list[Column] | None:
     return states if all(known) else None
 
 
-def factor(a: "Columns", b: "Columns", field: str) -> float | None:
+def si_factors(pose: Iterable[Column]) -> Array:
+    """Return the factors (3,) from the units of x, y and heading to m and rad."""
+    units = zip(pose, POSE, strict=True)
+    return np.array([unit_factor(one.unit, unit) for one, (_, unit) in units])
+
+
+def factor(a: Columns, b: Columns, field: str) -> float | None:
     """Return the factor from the unit of `b` to that of `a`; None if not comparable."""
     if field not in a or field not in b:
         return None

@@ -14,7 +14,7 @@ from math import inf, isnan
 from pathlib import Path
 
 from rems_net.defdict import Field, parse_quantity
-from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
+from rems_net.errors import ExperimentError, RemsError, nearest, some, whereabouts
 from rems_net.reading import TABLE, read_file
 from rems_net.recordings.spreadsheet import plain
 
@@ -119,7 +119,8 @@ class CsvFile:
         if name not in names:
             raise ExperimentError(
                 f"{self.shown}, line 1: expected a column {name!r}, with the times, "
-                f"but the columns are {quoted(names)}.{nearest(name, names)} (R0844)"
+                f"but the columns are {some(map(repr, names))}."
+                f"{nearest(name, names)} (R0844)"
             )
         return replace(self.columns[names.index(name)], unit=unit)
 
@@ -129,10 +130,10 @@ class CsvFile:
                 return column
         names = [c.name for c in self.columns]
         hint = next((h for h in (nearest(n, TIMES) for n in names) if h), "")
+        headings = [repr(c.heading) for c in self.columns]
         raise ExperimentError(
             f"{self.shown}, line 1: expected a column 'time [s]' or 'timestamp', but "
-            f"the columns are {quoted(c.heading for c in self.columns)}.{hint} "
-            "(R0804)"
+            f"the columns are {some(headings)}.{hint} (R0804)"
         )
 
     def numbers(self, wanted: Sequence[tuple[Column, Field]]) -> "Rows":
@@ -279,12 +280,6 @@ def _perhaps_commas(row: list[str], count: int) -> str:
     if len(row) <= count or any(isnan(_float(cell)) for cell in row):
         return ""
     return " A decimal comma? Write points, or put ';' between the cells of all lines."
-
-
-def quoted(names: Iterator[str] | Sequence[str]) -> str:
-    """Up to eight names, for a sentence."""
-    shown = [repr(n) for n in names]
-    return ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
 
 
 def _column(index: int, cell: str) -> Column:

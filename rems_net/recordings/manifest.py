@@ -121,49 +121,36 @@ def read_manifest(folder: Path) -> Manifest | None:
 def parsed(told: Any) -> Manifest | None:
     """Return a manifest from plain data; None for anything else."""
     try:
-        robots = {
-            str(name): Start(
-                float(one["time"]),
-                {str(k): float(v) for k, v in one["state"].items()},
-                float(one["arena"]),
-                str(one.get("outline", "")),
-                str(one.get("world", "")),
-                {
-                    str(path): [float(number) for number in ray]
-                    for path, ray in one.get("rays", {}).items()
-                    if len(ray) == RAY
-                },
-            )
-            for name, one in told.get("robots", {}).items()
-        }
-        files = [str(name) for name in told.get("files", [])]
-        if any(Path(n).is_absolute() or ".." in Path(n).parts for n in files):
-            return None  # a run names only files in its folder
-        seed = int(told.get("seed", 0))
-        numerics = str(told.get("numerics", ""))
-        agents = {str(k): list(v) for k, v in told.get("agents", {}).items()}
-        worlds = {str(w): dict(things) for w, things in told.get("worlds", {}).items()}
-        ticks = int(told.get("ticks", 0))
-        sources = {str(k): str(v) for k, v in told.get("sources", {}).items()}
-        versions = {str(k): str(v) for k, v in told.get("versions", {}).items()}
-        fields = {
-            str(k): [str(p) for p in v] for k, v in told.get("fields", {}).items()
-        }
-        name, dt = str(told["experiment"]), float(told.get("dt", 0.0))
-        return Manifest(
-            name,
-            robots,
-            files,
-            seed,
-            numerics,
-            agents,
-            worlds,
-            dt,
-            float(told.get("pace", 0.0)),
-            ticks,
-            sources,
-            versions,
-            fields=fields,
+        get = told.get
+        found = Manifest(
+            experiment=str(told["experiment"]),
+            robots={str(name): _start(one) for name, one in get("robots", {}).items()},
+            files=[*map(str, get("files", ()))],
+            seed=int(get("seed", 0)),
+            numerics=str(get("numerics", "")),
+            agents={str(kind): list(some) for kind, some in get("agents", {}).items()},
+            worlds={str(w): dict(things) for w, things in get("worlds", {}).items()},
+            dt=float(get("dt", 0.0)),
+            pace=float(get("pace", 0.0)),
+            ticks=int(get("ticks", 0)),
+            sources={str(k): str(v) for k, v in get("sources", {}).items()},
+            versions={str(k): str(v) for k, v in get("versions", {}).items()},
+            fields={str(k): [*map(str, v)] for k, v in get("fields", {}).items()},
         )
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
+    # A run names only files in its folder.
+    outside = (Path(n).is_absolute() or ".." in Path(n).parts for n in found.files)
+    return None if any(outside) else found
+
+
+def _start(told: Any) -> Start:
+    rays = told.get("rays", {}).items()
+    return Start(
+        time=float(told["time"]),
+        state={str(k): float(v) for k, v in told["state"].items()},
+        arena=float(told["arena"]),
+        outline=str(told.get("outline", "")),
+        world=str(told.get("world", "")),
+        rays={str(path): [*map(float, ray)] for path, ray in rays if len(ray) == RAY},
+    )

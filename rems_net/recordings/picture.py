@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.errors import MissingPartError
+from rems_net.libraries import needed
+from rems_net.recordings.animation.stage import FAR, circle, placed, things
 from rems_net.recordings.comparison import APART, Pair, Trajectory, reference
-from rems_net.uncaught import hiding
 
 #: Okabe and Ito's colours, which colour-blind people can distinguish; dark ones first.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -20,8 +20,6 @@ INK, FAINT, WALL = "#333333", "#DDDDDD", "#999999"
 MANY = 6
 #: robots with a line style and a name of their own; the others are counted
 NAMED = len(COLOURS) * len(DASHES)
-#: ratio. A wall this many times further away than any robot drove is not shown.
-FAR = 5
 
 
 def draw(
@@ -48,17 +46,11 @@ def page(
 
     names: of the robots, for the legend beside the axes.
     """
-    try:
+    with needed("matplotlib", "plot", "The picture"):
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
         from matplotlib.lines import Line2D
-    except ImportError as error:
-        raise MissingPartError(
-            hiding(error)
-            or f"The picture needs matplotlib, which cannot be imported ({error}). "
-            'Type: pip install "rems-net[plot]"'
-        ) from None
     with rc_context({"font.size": 9.5, "axes.titlesize": 10.5, "text.color": INK}):
         width, height = 12.0 if paths else 9.0, max(5.6 if paths else 3.2, 2.3 * panels)
         figure = Figure((width, height), layout="constrained", facecolor="white")
@@ -141,11 +133,9 @@ def draw_paths(axes: Any, robots: Sequence[Trajectory]) -> None:
         if len(robots) <= MANY:
             _draw_robot(axes, robot, colour)
     _draw_around(axes, robots, far)
-    turn = np.linspace(0, 2 * np.pi, 361)
     for radius in sorted({robot.arena for robot in robots} - {0.0}):
         if radius <= FAR * far:
-            x, y = radius * np.cos(turn), radius * np.sin(turn)
-            axes.plot(x, y, color=WALL, linewidth=3, zorder=1)
+            axes.plot(*circle(radius).T, color=WALL, linewidth=3, zorder=1)
     axes.set_aspect("equal", adjustable="datalim")
 
 
@@ -153,26 +143,17 @@ def _draw_robot(axes: Any, robot: Trajectory, colour: str) -> None:
     """Draw the robot's outline: faintly at its start, clearly at its end."""
     _, x, y, heading = robot.drawn()
     for k, share in ((0, 0.35), (-1, 0.9)) if len(robot.outline) else ():
-        s, c = np.sin(heading[k]), np.cos(heading[k])
-        corners = robot.outline @ [[c, s], [-s, c]] + (x[k], y[k])
+        corners = placed(robot.outline, x[k], y[k], heading[k])
         look = {"facecolor": "none", "edgecolor": colour, "alpha": share, "zorder": 3}
         axes.fill(*corners.T, linewidth=1.2, **look)
 
 
 def _draw_around(axes: Any, robots: Sequence[Trajectory], far: float) -> None:
     """Draw the walls and things of the worlds, where they were at the start."""
-    around = {
-        (name, corners.tobytes()): corners
-        for robot in robots
-        for name, corners in robot.around.items()
-        if len(corners)
-    }
+    around = things(robots)
     reach = [np.hypot(*r.outline.T).max() for r in robots if len(r.outline)]
     shown = FAR * max([far, *reach])
-    # Smaller things are drawn over larger ones, such as a ball on a ramp.
-    for (name, _), corners in sorted(
-        around.items(), key=lambda pair: -float(np.prod(np.ptp(pair[1], axis=0)))
-    ):
+    for name, corners in around:
         if np.hypot(*np.clip(0, corners.min(axis=0), corners.max(axis=0))) <= shown:
             limits = axes.dataLim.frozen()
             axes.fill(*corners.T, facecolor=FAINT, edgecolor=WALL, zorder=1)

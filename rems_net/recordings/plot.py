@@ -51,19 +51,13 @@ def plot(recording: "Recording", fields: Sequence[str], path: Path) -> Picture:
     # Robots with a path come first, so that they have one colour in all panels.
     ordered = sorted(recording, key=lambda name: name not in posed)
     robots = [recording[name] for name in ordered]
-    told = recording.manifest()
+    told, pairs = recording.manifest(), compare(drove)
+    special = bool(pairs) + bool(drove)
     if fields:
         panels = _asked(robots, fields)
-        robots = _drawn(robots, posed, panels)
-        names = [robot.name for robot in robots]
-        with page(path, title, names, paths=False, panels=len(panels)) as (_, right):
-            for axes, heading in zip(right, panels, strict=True):
-                _draw_field(axes, heading, robots, told)
-        return Picture(path)
-    panels = [h for h in _of_state(robots, posed) if _drawable(robots, h)]
-    pairs = compare(drove)
-    special = bool(pairs) + bool(drove)
-    panels = panels[: FEW - special]
+    else:
+        panels = [h for h in _of_state(robots, posed) if _drawable(robots, h)]
+        panels = panels[: FEW - special]
     if not panels and not drove:
         raise ExperimentError(
             f"no robot in {recording.folder} has a state that can be drawn; name a "

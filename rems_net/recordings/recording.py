@@ -150,9 +150,9 @@ class Recording(Mapping[str, "Columns"]):
                 kind, dot, name = path.stem.partition(".")
                 of_agent = dot and kind in ("input", "process")
                 found[f"{kind}/{name}" if of_agent else path.stem] = path, ""
-        for path in self.tables():
-            for agent in agents_of(self.mcap(path)) if path.suffix == ".mcap" else ():
-                found.setdefault(named(agent), (path, agent))
+        for file in self._mcaps():
+            for agent in agents_of(file):
+                found.setdefault(named(agent), (file.path, agent))
         return {name: found[name] for name in sorted(found, key=natural)}
 
     def __repr__(self) -> str:
@@ -166,16 +166,15 @@ class Recording(Mapping[str, "Columns"]):
 
     def passed(self) -> dict[str, str]:
         """Return topics of MCAP files that are not read, each with the reason."""
-        files = [path for path in self.tables() if path.suffix == ".mcap"]
-        return {k: why for path in files for k, why in self.mcap(path).passed.items()}
+        return {k: why for file in self._mcaps() for k, why in file.passed.items()}
 
     def manifest(self) -> Manifest:
         """Return the manifest of the run, from run.json or its MCAP file."""
-        found = read_manifest(self.folder)
-        for path in self.tables():
-            if found is None and path.suffix == ".mcap":
-                found = self.mcap(path).manifest()
-        return found or Manifest()
+        inside = (file.told for file in self._mcaps() if file.told.experiment)
+        return read_manifest(self.folder) or next(inside, Manifest())
+
+    def _mcaps(self) -> Iterator[McapFile]:
+        return (self.mcap(path) for path in self.tables() if path.suffix == ".mcap")
 
     def table(self, robot: str) -> Table:
         """Return all columns of a robot: `state/x [m]` to a plain array, for pandas."""
@@ -235,12 +234,23 @@ class Recording(Mapping[str, "Columns"]):
 
     def trajectories(self, *only: str) -> "list[Trajectory]":
         """Return where the robots with x, y and heading drove, or these of them."""
-        from rems_net.recordings.comparison import trajectories, trajectory_of
+        from rems_net.recordings.comparison import trajectory_of
 
-        if self.like is None:
-            return trajectories(self.tables(), only or None)
-        found = [trajectory_of(self[name]) for name in only or self]
+        told, posed = self.manifest(), map(self._posed, only or self)
+        found = [trajectory_of(one, told) for one in posed if one is not None]
         return [one for one in found if one is not None]
+
+    def _posed(self, robot: str) -> Columns | None:
+        """Return the columns of a robot from which its pose is read, if it has one."""
+        from rems_net.recordings.comparison import read_pose
+
+        path, agent = self.source(robot)
+        if not agent:
+            return read_pose(path) if self.like is None else self[robot]
+        if not self._has_state(robot, path, agent):
+            return None
+        columns = AgentColumns(self.mcap(path), agent, "state")
+        return Columns(robot, columns, columns.seconds)
 
     def differences(self, posed: Collection[str], *only: str) -> "list[Difference]":
         """Return how far apart two robots are by their states; no two of `posed`.

@@ -1,7 +1,7 @@
 """The columns of one robot, as arrays with units, and as a table for pandas."""
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
@@ -92,11 +92,15 @@ class Columns(Mapping[str, Any]):
 def read_csv(path: Path) -> Columns:
     """Return the columns of one robot from its CSV file. Raises ExperimentError."""
     file = CsvFile(path)
-    wanted = [(c, _field(c)) for c in file.columns if not _is_comment(c)]
-    rows = file.numbers(wanted)
-    cells = zip(*rows.cells, strict=True)
-    read = ((c, np.array(values)) for (c, _), values in zip(wanted, cells, strict=True))
-    return Columns(path.stem, dict(read), np.array(rows.times))
+    return read_columns(file, [one for one in file.columns if not _is_comment(one)])
+
+
+def read_columns(file: CsvFile, wanted: Sequence[Column]) -> Columns:
+    """Return some columns of a file. Raises ExperimentError."""
+    rows = file.numbers([(one, _field(one)) for one in wanted])
+    cells = map(np.array, zip(*rows.cells, strict=True))
+    read = dict(zip(wanted, cells, strict=True))
+    return Columns(file.path.stem, read, np.array(rows.times))
 
 
 class Table(dict[str, np.ndarray[Any, Any]]):

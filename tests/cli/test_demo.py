@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from rems_net import read
 from rems_net.libraries import no_wheels
-from rems_net.recordings.comparison import trajectories
 from tests import commands
 from tests.cli.conftest import LAB, together
 from tests.commands import Run, command, environment
@@ -111,7 +111,7 @@ def test_without_a_wheel(rems: Run) -> None:
 
 def what_they_drove(folder: Path) -> None:
     """A figure of eight that ends near its start, half a turn further."""
-    robots = trajectories(sorted((folder / "runs" / "demo").iterdir()))
+    robots = read(folder / "runs" / "demo").trajectories()
     assert [robot.name for robot in robots] == INSTALLED
     for robot in robots:
         assert robot.time[-1] == 13.5

@@ -110,7 +110,7 @@ def test_without_matplotlib(folder: Path, rems: Run) -> None:
     assert done.returncode == 2
     assert done.stderr == (
         "rems: The picture needs matplotlib, which cannot be imported (not here). "
-        'Type: pip install "rems-net[plot]"\n'
+        'Type: pip install "rems-net[plot]" (R0301)\n'
     )
 
 

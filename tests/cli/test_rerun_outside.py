@@ -78,7 +78,7 @@ def visited(folder: Path) -> Path:
 
 
 def calls(path: Path) -> list[tuple[str, Outside]]:
-    found = [(key, Outside.read(text)) for key, text in McapFile(path).events()]
+    found = [(key, Outside.read(text)) for _, key, text in McapFile(path).events()]
     return [(key, one) for key, one in found if one is not None]
 
 

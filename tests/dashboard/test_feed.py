@@ -55,12 +55,9 @@ def test_viewers_see_each_robot_of_a_crowd(tmp_path: Path) -> None:
 
         def known() -> set[int]:
             ports.drain()
+            ends = "r3/state", f"r{CROWD}/state"
             every = ports.channels.items()
-            return {
-                i
-                for i, one in every
-                if one.key.endswith(("r3/state", f"r{CROWD}/state"))
-            }
+            return {i for i, one in every if one["topic"].endswith(ends)}
 
         until(lambda: known() and len(ports.channels) == 1 + 3 * (CROWD + 1))
         assert len(known()) == 2

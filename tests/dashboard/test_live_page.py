@@ -223,7 +223,7 @@ def test_what_was_changed_is_in_the_recording(lab: Lab, tab: Browser) -> None:
     lab.ended()
     found = [
         (key, call)
-        for key, text in McapFile(lab.folder / "out" / "run.mcap").events()
+        for _, key, text in McapFile(lab.folder / "out" / "run.mcap").events()
         if (call := Outside.read(text)) is not None
     ]
     assert ("input/swing", "adjust") in [(key, call.verb) for key, call in found]

@@ -175,7 +175,7 @@ def test_no_code_of_a_recording_runs(tmp_path: Path) -> None:
     ray = [0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0]
     start = Start(0.0, {}, 0.4, "0,0 1,0 0,1", "", {"lidar": ray})
     told = Manifest("lab", {"sim": start}, agents=agents)
-    scene = scenes_of(told, tmp_path)["robot/sim"]
+    scene = scenes_of(told)["robot/sim"]
     assert scene["made_of"] == "Bot"
     assert scene["outline"] == [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     assert scene["arena"] == {"radius": 0.4}

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from rems_net import Experiment
+from rems_net import Experiment, read
 from rems_net.agents.experiment.show import Show
 from rems_net.cli.report import report
 from rems_net.errors import ExperimentError
-from rems_net.recordings.comparison import CROWD, Trajectory, compare, trajectories
+from rems_net.recordings.comparison import CROWD, Trajectory, compare
 from rems_net.recordings.picture import draw
 
 TIME = np.array([0.1, 0.2, 0.3, 0.4])
@@ -84,7 +84,7 @@ def test_files(tmp_path: Path) -> None:
     (tmp_path / "odd.csv").write_text(
         "time [s],state/x [s],state/y [m],state/heading [rad]\n0.1,1,2,3\n"
     )
-    (cart,) = trajectories(sorted(tmp_path.iterdir()))
+    (cart,) = read(tmp_path).trajectories()
     assert (cart.name, cart.x[0], cart.y[0]) == ("cart", 0.25, 2.0)
     assert cart.heading[0] == pytest.approx(math.pi / 2)
 
@@ -93,7 +93,7 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "cart.csv"
     path.write_text("hello\n")
     with pytest.raises(ExperimentError, match=r"cart\.csv, line 1: expected a column"):
-        trajectories([path])
+        read(path.parent).trajectories()
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 9])

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from rems_net.cli.report import why_lines
-from rems_net.recordings.comparison import compare, trajectories
 from rems_net.recordings.recording import read
 from tests.commands import inside as rems
 
@@ -65,7 +64,7 @@ def test_of_carts_and_arms_each_kind_is_explained(arms: Path) -> None:
     (arms / "cart.csv").write_text(head + rows)
     (arms / "cart2.csv").write_text(head + rows)
     recording = read(arms)
-    lines = [*why_lines(recording, compare(trajectories(recording.tables())))]
+    lines = [*why_lines(recording, recording.pairs(recording.trajectories()))]
     assert lines[0].startswith("why they part from cart, ")
     assert lines[1:2] == ["cart2  the same"]
     assert lines[2].endswith("arms cart cart2")

@@ -112,9 +112,7 @@ def test_compare_says_it_in_words(result: Result) -> None:
 
 
 def test_the_recording_knows_where_the_robots_started(result: Result) -> None:
-    from rems_net.recordings.comparison import trajectories
-
-    robot = trajectories(result.tables())[1]
+    robot = result.trajectories()[1]
     time, x, y, heading = robot.drawn()
     assert (time[0], x[0], y[0], heading[0]) == (0.0, 0.1, 0.0, math.pi / 2)
     assert len(x) == len(robot.x) + 1

@@ -12,9 +12,8 @@ export class Bar {
     this.link = link;
     this.say = say;
     this.status = /** @type {Status} */ ({});
-    this.gone = "";
-    /** whether the server has let this page in */
-    this.known = false;
+    /** why there is no connection; "" once the server has let this page in */
+    this.gone = "not yet";
     this.asked = false;
     /** lights of a recording, in which nothing is stopped @type {(() => [string, string][]) | null} */
     this.recorded = null;

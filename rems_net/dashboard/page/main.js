@@ -51,7 +51,6 @@ const link = new Link(location.hash.slice(1), {
     if (message.beat) drive.hear(message.beat);
     if (message.welcome) {
       if (message.welcome.layout && !teams.fabric && !plots.series.length) layout.set(message.welcome.layout);
-      bar.known = true;
       const { fabric, at, user, version } = message.welcome;
       write(by("title"), fabric);
       teams.fabric = fabric;
@@ -63,7 +62,6 @@ const link = new Link(location.hash.slice(1), {
   frame: (frame) => store.read(frame),
   state(sentence) {
     bar.gone = sentence;
-    if (sentence) bar.known = false;
     if (sentence) drive.lose();
     const notice = by("notice");
     notice.hidden = !sentence;
@@ -84,7 +82,7 @@ function say(text, level = "error") {
 let looked = 0;
 /** Ask for the ports that are shown, at most five times a second. @param {number} now */
 function look(now) {
-  if (now - looked < 200 || bar.gone || !bar.known) return;
+  if (now - looked < 200 || bar.gone) return;
   looked = now;
   teams.look(now);
   const plotted = plots.series.map(({ key }) => key.split("/").slice(0, 2).join("/"));

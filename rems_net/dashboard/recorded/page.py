@@ -25,6 +25,8 @@ class RecordedPage(Visitor):
 
     def __init__(self, link: Any, recorded: RecordedRuns):
         super().__init__(link)
+        #: agents of which it shows every port
+        self.looks: set[str] = set()
         self.player = Player(recorded)
         #: the requests since its last frame
         self.wish = NOTHING
@@ -71,12 +73,12 @@ class RecordedServer(PageServer):
         if await self._greeting(link) is None:
             return
         page = RecordedPage(link, self._recorded)
-        await page.send({"welcome": self._welcome()})
-        await page.send(self._recorded.described())
+        await page.write({"welcome": self._welcome()})
+        await page.write(self._recorded.described())
         self._pages.add(page)
         playing = asyncio.create_task(self._play(page))
         try:
-            async for text in self.texts(page):
+            async for text in page.messages():
                 self._obey(page, text)
         finally:
             playing.cancel()

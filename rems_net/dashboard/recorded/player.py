@@ -102,7 +102,8 @@ class Player:
         recorded, text = self._recorded, dict[str, Any]()
         was = self.playing, self.pace
         there = self._move(passed, wish)
-        jumps = self._n < 0 or (wish.t is not None and not self._is_near(there))
+        near = 0 <= recorded.number(there) - self._n <= NEAR
+        jumps = self._n < 0 or (wish.t is not None and not near)
         if wish.t is not None:
             jumps |= self._coarse and not wish.dragged
             self._coarse = wish.dragged
@@ -143,9 +144,6 @@ class Player:
         if there >= recorded.end:
             self.playing = False
         return min(max(there, recorded.begin), recorded.end)
-
-    def _is_near(self, there: float) -> bool:
-        return 0 <= self._recorded.number(there) - self._n <= NEAR
 
     def _met(self, looks: Set[str], n: int) -> list[tuple[int, Value]]:
         """Return the values at tick n of ports that are shown from now on."""

@@ -12,7 +12,7 @@ from rems_net.defdict import Schema, cdr
 from rems_net.packing import pack
 from rems_net.pictures import is_picture
 from rems_net.recordings.mcap.access import Access, Message
-from rems_net.recordings.mcap.log import INFO, WARN, level_of, read_log
+from rems_net.recordings.mcap.log import INFO, WARN, read_log
 from rems_net.recordings.mcap.reader import McapFile
 
 #: channels of a page; its frames have two bytes for their numbers
@@ -47,10 +47,9 @@ class RecordedRun:
     def __init__(self, path: Path, first: int = 1, mark: str = "") -> None:
         self.file = McapFile(path)
         self.mark = mark
-        chunks = self.file.chunks
         #: s. Its first and last value.
-        self.begin = min((one.start for one in chunks), default=0) / 1e9
-        self.end = max((one.end for one in chunks), default=0) / 1e9
+        self.begin = min((one.start for one in self.file.chunks), default=0) / 1e9
+        self.end = self.file.end
         self.tracks = [*self._tracks(first)]
         self._access = Access(self.file)
 
@@ -127,10 +126,9 @@ def _value(track: Track, message: Message) -> Value:
 
 
 def _event(message: Message) -> dict[str, Any]:
-    agent, text = read_log(message.data)
-    level = LEVELS.get(level_of(message.data), "error")
-    told = {"level": level, "tick": message.n, "agent": agent[:128]}
-    return told | {"text": text[:REPORT]}
+    level, agent, text = read_log(message.data)
+    told = {"level": LEVELS.get(level, "error"), "tick": message.n}
+    return told | {"agent": agent[:128], "text": text[:REPORT]}
 
 
 def _is_large(schema: Schema) -> bool:

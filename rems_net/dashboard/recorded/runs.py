@@ -12,6 +12,7 @@ from rems_net.dashboard.recorded.scenes import scenes_of
 from rems_net.errors import ExperimentError
 from rems_net.packing import pack
 from rems_net.recordings.mcap.writer import FILE
+from rems_net.recordings.parting.together import mark
 
 #: the channel of ticks, as a clock publishes them
 CLOCK = Channel(0, "clock/tick", "")
@@ -29,13 +30,13 @@ class RecordedRuns:
     recording, and for a second one of another experiment.
     """
 
-    def __init__(self, *paths: Path, folder: Path = Path()) -> None:
+    def __init__(self, *paths: Path) -> None:
         self.runs: list[RecordedRun] = []
         try:
             for path in paths:
                 first = sum(len(run.tracks) for run in self.runs) + 1
-                mark = _mark(path, paths[0]) if self.runs else ""
-                self.runs.append(RecordedRun(path, first, mark))
+                word = mark(_names(paths[0]), _names(path)) if self.runs else ""
+                self.runs.append(RecordedRun(path, first, word))
                 _check(self.runs)
         except ExperimentError:
             self.close()
@@ -46,9 +47,9 @@ class RecordedRuns:
         self.dt = told.dt or TICK
         self.begin = min(run.begin for run in self.runs)
         self.end = max(run.end for run in self.runs)
-        self.scenes = scenes_of(told, folder)
+        self.scenes = scenes_of(told)
         for ghosts in self.runs[1:]:
-            for agent, scene in scenes_of(ghosts.file.told, folder).items():
+            for agent, scene in scenes_of(ghosts.file.told).items():
                 if agent.startswith("robot/"):
                     self.scenes[ghosts.named(agent)] = scene | {"ghost": agent}
 
@@ -126,15 +127,9 @@ class RecordedRuns:
         return CLOCK.id, (pack([n, t]), pack([1, n, t, 0, pace, 0, 0]))
 
 
-def _mark(path: Path, other: Path) -> str:
-    """Return a word by which a recording's robots differ from those of another one."""
-    for words in (
-        (path.stem, other.stem),
-        (path.resolve().parent.name, other.resolve().parent.name),
-    ):
-        if words[0] != words[1]:
-            return words[0]
-    return "second"
+def _names(path: Path) -> tuple[str, str]:
+    """Return the names of a recording: that of its file, and that of its folder."""
+    return path.stem, path.resolve().parent.name
 
 
 def _shown(path: Path) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 from rems_net.agents import registry
 from rems_net.agents.about.scenery import scene_of
 from rems_net.agents.world import World
+from rems_net.recordings.comparison import corners
 from rems_net.recordings.manifest import Manifest, Start
 
 #: names of definitions that come with rems_net
@@ -22,29 +23,29 @@ MOST = 200
 Table = Mapping[str, Any]
 
 
-def scenes_of(told: Manifest, folder: Path) -> dict[str, dict[str, Any]]:
+def scenes_of(told: Manifest) -> dict[str, dict[str, Any]]:
     """Return the places and outlines of a recording's worlds and robots, by agent.
 
-    folder: base of the names of files, such as the MuJoCo model of a place.
+    Names of files, such as the MuJoCo model of a place, begin at the current folder.
     """
     found: dict[str, dict[str, Any]] = {}
     arenas: dict[str, dict[str, Any]] = {}
     for table in told.agents.get("robot", ())[:MOST]:
         name, world = str(table.get("name")), str(table.get("world", ""))
-        scene = _robot(table, told.robots.get(name), folder)
+        scene = _robot(table, told.robots.get(name))
         if world:  # it has no arena of its own
             arenas.setdefault(f"world/{world}", scene.pop("arena", {}))
         found[f"robot/{name}"] = scene
     for table in told.agents.get("world", ())[:MOST]:
         key = f"world/{table.get('name')}"
         if table.get("options"):
-            found[key] = _world(table, told, folder)
+            found[key] = _world(table, told)
         else:  # without settings it is the arena of its robots
             found[key] = arenas.get(key, {})
     return found
 
 
-def _robot(table: Table, start: Start | None, folder: Path) -> dict[str, Any]:
+def _robot(table: Table, start: Start | None) -> dict[str, Any]:
     module, _, name = str(table.get("definition", "")).rpartition(":")
     found = {"made_of": name}
     for ours in OURS:
@@ -52,7 +53,7 @@ def _robot(table: Table, start: Start | None, folder: Path) -> dict[str, Any]:
         if named != name or not f"{module}.".startswith(f"{room}."):
             continue
         with suppress(Exception):  # any file can name any settings
-            cls: Any = registry.load(ours, folder)
+            cls: Any = registry.load(ours, Path())
             slots = {slot: table.get(slot) for slot in ("parameters", "initial")}
             robot = cls("recorded", **slots)
             robot.prepare()
@@ -66,25 +67,18 @@ def _noted(start: Start) -> dict[str, Any]:
         {"name": name, "at": ray[:3], "direction": ray[3:6], "reach": ray[6]}
         for name, ray in start.rays.items()
     ]
-    found: dict[str, Any] = {"outline": _corners(start.outline), "rays": rays}
+    found: dict[str, Any] = {"rays": rays, "outline": corners(start.outline).tolist()}
     return found if start.world else found | {"arena": {"radius": start.arena}}
 
 
-def _world(table: Table, told: Manifest, folder: Path) -> dict[str, Any]:
+def _world(table: Table, told: Manifest) -> dict[str, Any]:
     name = str(table.get("name"))
     with suppress(Exception):  # any file can name any settings
         options = dict(table["options"])
         ghosts = options.pop("ghosts", ())
         options["ghosts"] = [one for one in ghosts if one["definition"] in OURS]
-        world = World(name, options=options, folder=folder)
+        world = World(name, options=options)
         world.prepare()
         return scene_of(world)
     noted = told.worlds.get(name, {})
-    return {"walls": [{"outline": _corners(one)} for one in noted.values()]}
-
-
-def _corners(text: str) -> list[list[float]]:
-    """Return the corners of an outline, "x,y x,y ..."."""
-    with suppress(ValueError, AttributeError):
-        return [[float(x), float(y)] for x, y in (c.split(",") for c in text.split())]
-    return []
+    return {"walls": [{"outline": corners(one).tolist()} for one in noted.values()]}

@@ -31,8 +31,8 @@ from rems_net.events import warn
 MOST = 4
 #: services, by number: what the page's buttons do; and `call`, any agent's verbs
 SERVICES = dict(enumerate(("stop", "release", "pause", "resume", "call"), 1))
-#: close codes of WebSocket: it is no viewer; too many messages
-OTHER, NOISY = 1002, 4429
+#: close code of WebSocket: it is no viewer
+OTHER = 1002
 #: s. Agents are asked so often for their settings, while a viewer follows them.
 SETTINGS_PERIOD = 2.0
 
@@ -155,10 +155,7 @@ class Viewers:
     async def _hear(self, viewer: Viewer) -> None:
         """Obey the messages of a viewer until it goes."""
         calls: set[asyncio.Task[None]] = set()
-        async for message in viewer.link:
-            if not viewer.may_speak():
-                await viewer.link.close(NOISY, "too many messages")
-                return
+        async for message in viewer.messages():
             if self._ports is None:
                 continue
             try:

@@ -8,16 +8,18 @@ from typing import Any
 from rems_net.agents.agent import PHASES
 from rems_net.client import Fabric
 from rems_net.dashboard.feed import AT_ONCE
-from rems_net.dashboard.viewers.frames import FRAMES, Frames
-from rems_net.defdict import Schema
+from rems_net.defdict import Batch, Schema
 from rems_net.defdict.wire.cdr import cdr
 from rems_net.defdict.wire.ros2msg import ros2msg, type_name
 from rems_net.errors import RemsError, WireError
+from rems_net.recordings.mcap.derived import POSES, TF, Poses, has_pose
 from rems_net.router.keys import is_name
 from rems_net.router.mail import Mail, Mailbox, Presence
-from rems_net.router.message import read
 from rems_net.router.publisher import Watch
 
+#: number of the channel /tf, with the pose of each robot whose state has x, y and
+#: heading; those of ports are greater
+FRAMES = 1
 #: channels; further ports are left out
 MOST = 8192
 #: agents of a kind. A crowd that makes them more is left out: each value of it would
@@ -29,23 +31,23 @@ LARGEST = 1 << 20
 Value = tuple[int, bytes]
 
 
-class Channel:
-    """One port of one agent, with its type; subscribed to while a viewer looks."""
+class Port:
+    """One port of one agent; subscribed to while a viewer looks."""
 
-    def __init__(self, number: int, agent: str, port: str, schema: Schema):
+    def __init__(self, number: int, agent: str, name: str, schema: Schema):
         self.id, self.agent, self.schema = number, agent, schema
-        self.key = f"{agent}/{port}"
-        self.digest = schema.digest
+        self.key = f"{agent}/{name}"
         self.transcode: Callable[[bytes], bytes] = cdr(schema).transcode
         self.watch: Watch | None = None
-        self.told = {
-            "id": number,
-            "topic": f"/{self.key}",
-            "encoding": "cdr",
-            "schemaName": type_name(port, schema),
-            "schemaEncoding": "ros2msg",
-            "schema": ros2msg(port, schema),
-        }
+        about = type_name(name, schema), ros2msg(name, schema)
+        #: its channel, as viewers receive it
+        self.channel = _channel(number, self.key, *about)
+
+
+def _channel(number: int, key: str, name: str, text: str) -> dict[str, Any]:
+    """Return a channel for viewers, by the name and the text of its type."""
+    found = {"id": number, "topic": f"/{key}", "encoding": "cdr", "schemaName": name}
+    return found | {"schemaEncoding": "ros2msg", "schema": text}
 
 
 class Ports:
@@ -63,23 +65,21 @@ class Ports:
         #: by kind, agents of crowds, and the question who is in them
         self._crowds: dict[str, set[str]] = {}
         self._asked: dict[str, Future[list[dict[str, Any]]]] = {}
-        self._by_key: dict[str, Channel] = {}
+        self._by_key: dict[str, Port] = {}
         self._next = FRAMES + 1
         #: agents that are there, and that have gone
         self.agents: set[str] = set()
         self.gone: set[str] = set()
-        self._frames = Frames()
-        self.channels: dict[int, Channel | Frames] = {FRAMES: self._frames}
+        self.channels = {FRAMES: _channel(FRAMES, POSES, *TF)}
         #: channels that viewers want, and numbers of those with the pose of a robot
         self._wanted: set[int] = set()
-        self._posed: set[int] = set()
+        self._posed: dict[int, Port] = {}
+        self._poses = Poses({})
         #: grows when channels come or go
         self.version = 0
         self.latest: dict[int, Value] = {}
         #: the fabric's time [ns]
         self.time = 0
-        #: values that could not be read, or were too large
-        self.dropped = 0
         session = fabric.session
         self._general = [
             session.watch_presence(session.key("*", "*", "@alive"), self._box),
@@ -90,9 +90,9 @@ class Ports:
         """Subscribe to nothing."""
         for watch in self._general:
             watch.close()
-        for channel in self.channels.values():
-            if channel.watch is not None:
-                channel.watch.close()
+        for port in self._by_key.values():
+            if port.watch is not None:
+                port.watch.close()
 
     def want(self, wanted: set[int]) -> None:
         """Subscribe to these channels, and to no others."""
@@ -101,18 +101,16 @@ class Ports:
 
     def _subscribe(self) -> None:
         session = self.fabric.session
-        wanted = self._wanted | (self._posed if FRAMES in self._wanted else set())
-        for number, channel in self.channels.items():
-            if number == FRAMES:
-                continue
-            if number in wanted and channel.watch is None:
-                key = session.key(channel.key)
-                channel.watch = session.watch(key, self._box)
+        wanted = self._wanted.union(self._posed if FRAMES in self._wanted else ())
+        for port in self._by_key.values():
+            if port.id in wanted and port.watch is None:
+                key = session.key(port.key)
+                port.watch = session.watch(key, self._box)
                 session.ask_at_once(key, self._box.put)  # a paused fabric puts nothing
-            elif number not in wanted and channel.watch is not None:
-                channel.watch.close()
-                channel.watch = None
-                self.latest.pop(number, None)
+            elif port.id not in wanted and port.watch is not None:
+                port.watch.close()
+                port.watch = None
+                self.latest.pop(port.id, None)
 
     def drain(self) -> dict[int, Value]:
         """Read all letters; return the newest value of each that has changed."""
@@ -126,45 +124,37 @@ class Ports:
         changed: dict[int, Value] = {}
         begin = len(self.fabric.session.fabric) + 1
         for key, mail in newest.items():
-            channel = self._by_key.get(key[begin:])
-            try:
-                if channel is not None and channel.watch is not None:
-                    changed[channel.id] = self._value(channel, mail)
+            port = self._by_key.get(key[begin:])
+            with suppress(RemsError):  # it cannot be read, or is too large
+                if port is not None and port.watch is not None:
+                    changed[port.id] = self._value(port, mail)
                 elif key.endswith("/clock/tick"):
-                    self._beat(mail)
-            except RemsError:
-                self.dropped += 1
+                    self.time = self._time(mail)
         self.latest |= changed
-        if FRAMES in self._wanted and not self._posed.isdisjoint(changed):
+        if FRAMES in self._wanted and self._posed.keys() & changed:
             self._add_frames(changed)
         return changed
 
     def _add_frames(self, changed: dict[int, Value]) -> None:
         """Add the newest poses of all robots."""
-        known = self._posed & self.latest.keys()
-        states = {self.channels[one].key: self.latest[one][1] for one in known}
+        known = self._posed.keys() & self.latest.keys()
+        states = {self._posed[one].key: self.latest[one][1] for one in known}
         t = max(self.latest[one][0] for one in known)
-        value = t, self._frames.message(states, t)
-        changed[FRAMES] = self.latest[FRAMES] = value
+        changed[FRAMES] = self.latest[FRAMES] = t, self._poses(Batch(states), t)
 
-    def _value(self, channel: Channel, mail: Mail) -> Value:
-        if mail.size > LARGEST or mail.schema.rpartition("@")[2] not in (
-            "",
-            channel.digest,
-        ):
+    def _value(self, port: Port, mail: Mail) -> Value:
+        digest = mail.schema.rpartition("@")[2]
+        if mail.size > LARGEST or digest not in ("", port.schema.digest):
             raise WireError("It is too large, or of another type. (R1003)")
-        stamp = mail.stamp()
-        t = round(stamp.t * 1e9) if stamp.n >= 0 and stamp.t >= 0 else self.time
+        t = self._time(mail)
         self.time = max(self.time, t)
-        return t, channel.transcode(mail.payload)
+        return t, port.transcode(mail.payload)
 
-    def _beat(self, mail: Mail) -> None:
-        """Read the time of a tick."""
+    def _time(self, mail: Mail) -> int:
+        """Return the time [ns] of a value; if it has none, the newest known one."""
         stamp = mail.stamp()
-        if stamp.n >= 0 and stamp.t >= 0:
-            self.time = round(stamp.t * 1e9)
-        else:
-            read(mail.payload)
+        known = stamp.n >= 0 and stamp.t >= 0
+        return round(stamp.t * 1e9) if known else self.time
 
     def _meet(self, presence: Presence) -> None:
         """Ask an agent that came for its types; forget one that went."""
@@ -202,12 +192,12 @@ class Ports:
                         self._come(agent)
 
     def _forget(self, agent: str) -> None:
-        gone = [one for one in self.channels.values() if one.agent == agent]
-        for channel in gone:
-            del self.channels[channel.id], self._by_key[channel.key]
-            self.latest.pop(channel.id, None)
-            if channel.watch is not None:
-                channel.watch.close()
+        gone = [one for one in self._by_key.values() if one.agent == agent]
+        for port in gone:
+            del self.channels[port.id], self._by_key[port.key]
+            self.latest.pop(port.id, None)
+            if port.watch is not None:
+                port.watch.close()
         if gone:
             self._meet_poses()
             self.version += 1
@@ -225,17 +215,18 @@ class Ports:
         self._ended = waiting
 
     def _make(self, agent: str, schemas: dict[str, Schema]) -> None:
-        for port, schema in schemas.items():
-            if len(self.channels) < MOST and f"{agent}/{port}" not in self._by_key:
-                channel = Channel(self._next, agent, port, schema)
+        for name, schema in schemas.items():
+            if len(self.channels) < MOST and f"{agent}/{name}" not in self._by_key:
+                port = Port(self._next, agent, name, schema)
                 self._next += 1
-                self.channels[channel.id] = self._by_key[channel.key] = channel
+                self.channels[port.id], self._by_key[port.key] = port.channel, port
                 self.version += 1
         self._meet_poses()
 
     def _meet_poses(self) -> None:
         """Look for the ports with poses, and subscribe if a viewer wants them."""
-        schemas = {key: one.schema for key, one in self._by_key.items()}
-        posed = self._frames.meet(schemas)
-        self._posed = {self._by_key[key].id for key in posed}
+        ports = self._by_key.values()
+        posed = [one for one in ports if has_pose(one.key, one.schema)]
+        self._poses = Poses({one.key: one.schema for one in posed})
+        self._posed = {one.id: one for one in posed}
         self._subscribe()

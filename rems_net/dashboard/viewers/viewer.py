@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from rems_net.dashboard.pages import FULL
+from rems_net.dashboard.pages import Visitor
 from rems_net.dashboard.viewers import wire
 from rems_net.dashboard.viewers.grip import Echo, Grip
 from rems_net.dashboard.viewers.ports import Ports, Value
@@ -21,11 +21,12 @@ AGAIN = 2.0
 Send = Callable[[list[Any], str | bytes], None]
 
 
-class Viewer:
-    """One viewer, behind a WebSocket."""
+class Viewer(Visitor):
+    """One viewer."""
 
     def __init__(self, link: Any, send: Send, drive: Callable[[str], Grip]):
-        self.link, self._send, self._drive = link, send, drive
+        super().__init__(link, RATE)
+        self._send, self._drive = send, drive
         self.echo = Echo()
         #: its number of a subscription -> channel
         self.looks: dict[int, int] = {}
@@ -40,33 +41,19 @@ class Viewer:
         #: names of parameters whose changes it is sent; the empty set means all
         self.follows: set[str] | None = None
         self._said: dict[str, float] = {}
-        self._left, self._since = float(RATE), time.monotonic()
 
-    def may_speak(self) -> bool:
-        """Return whether another message keeps it below RATE."""
-        now = time.monotonic()
-        self._left = min(RATE, self._left + (now - self._since) * RATE) - 1.0
-        self._since = now
-        return self._left >= 0.0
-
-    def say(self, sentence: str, level: int = wire.ERROR) -> None:
+    def say(self, sentence: str) -> None:
         """Show a sentence, but not again and again."""
         now = time.monotonic()
         if now > self._said.get(sentence, 0.0) + AGAIN:
             if len(self._said) > CHANNELS:
                 self._said.clear()
             self._said[sentence] = now
-            self.send(wire.pack_text("status", level=level, message=sentence))
+            self.send(wire.pack_text("status", level=wire.ERROR, message=sentence))
 
     def send(self, message: str | bytes) -> None:
         """Send without waiting."""
         self._send([self.link], message)
-
-    @property
-    def is_full(self) -> bool:
-        """Whether so much waits for it that it gets no values."""
-        waiting: int = self.link.transport.get_write_buffer_size()
-        return waiting > FULL
 
     # -- what it sends ------------------------------------------------------------
 
@@ -153,7 +140,7 @@ class Viewer:
         if gone:
             self.send(wire.pack_text("unadvertise", channelIds=sorted(gone)))
         if come:
-            told = [ports.channels[number].told for number in sorted(come)]
+            told = [ports.channels[number] for number in sorted(come)]
             self.send(wire.pack_text("advertise", channels=told))
 
     def show(self, changed: dict[int, Value], ports: Ports) -> None:

@@ -33,7 +33,8 @@ PARAMETERS = (
     "subscribeParameterUpdates",
     "unsubscribeParameterUpdates",
 )
-INFO, WARNING, ERROR = 0, 1, 2
+#: level of a sentence that a viewer shows
+ERROR = 2
 #: what a viewer sends to call a verb of an agent, as a JSON schema
 CALL = {
     "type": "object",

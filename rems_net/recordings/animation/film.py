@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError, MissingPartError
+from rems_net.libraries import needed
 from rems_net.recordings.animation.stage import (
     FAR,
     circle,
     outline,
     placed,
     stage,
+    things,
 )
 from rems_net.recordings.comparison import Trajectory
 from rems_net.recordings.picture import COLOURS, FAINT, INK, WALL
-from rems_net.uncaught import hiding
 
 #: pixels; in each direction, before they are made smaller for smooth edges
 SIZE, SMOOTH = (640, 480), 2
@@ -134,14 +135,8 @@ def _pictures(
 
 def _pillow() -> tuple[Any, Any, Any]:
     """Return Pillow's modules. Raises MissingPartError."""
-    try:
+    with needed("Pillow", "animate", "A film"):
         from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise MissingPartError(
-            hiding(error)
-            or f"A film needs Pillow, which cannot be imported ({error}). Type: "
-            'pip install "rems-net[animate]" (R0301)'
-        ) from None
     return Image, ImageDraw, ImageFont
 
 
@@ -171,14 +166,7 @@ class FromAbove:
         robots, view = self._robots, self._view
         ground = image.new("RGB", view.size, "white")
         pen = draw.Draw(ground)
-        things = {
-            (name, corners.tobytes()): corners
-            for robot in robots
-            for name, corners in robot.around.items()
-            if len(corners) > 2
-        }
-        largest = sorted(things.values(), key=lambda c: -float(np.prod(np.ptp(c, 0))))
-        for corners in largest:
+        for _, corners in things(robots):
             pen.polygon(view.at(corners), FAINT, WALL)
         seen = max(view.size) / view.scale
         for radius in {robot.arena for robot in robots} - {0.0}:

@@ -57,6 +57,20 @@ def stage(robots: Sequence[Trajectory], size: tuple[int, int]) -> Stage:
     return Stage(size, (float(x), float(y)), scale)
 
 
+def things(robots: Sequence[Trajectory]) -> list[tuple[str, Array]]:
+    """Return name and corners (k, 2) of the things around robots, each once.
+
+    Larger ones come first: smaller ones, such as a ball on a ramp, are drawn over them.
+    """
+    found = {
+        (name, corners.tobytes()): (name, corners)
+        for robot in robots
+        for name, corners in robot.around.items()
+        if len(corners) > 2
+    }
+    return sorted(found.values(), key=lambda one: -float(np.prod(np.ptp(one[1], 0))))
+
+
 def outline(robot: Trajectory) -> Array:
     """Return the corners (k, 2) of a robot, m; of an unknown one, an arrow."""
     if len(robot.outline):

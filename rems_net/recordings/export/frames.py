@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.errors import ExperimentError, MissingPartError
-from rems_net.uncaught import hiding
+from rems_net.errors import ExperimentError
+from rems_net.libraries import needed
 
 #: libraries that have data frames
 FRAMES = ("pandas", "polars")
@@ -46,12 +46,5 @@ def parquet(blocks: Iterable[Block], path: Path) -> None:
 
 
 def _library(name: str, extra: str) -> Any:
-    try:
+    with needed(name.partition(".")[0], extra):
         return importlib.import_module(name)
-    except ImportError as error:
-        library = name.partition(".")[0]
-        raise MissingPartError(
-            hiding(error)
-            or f"This needs {library}, which cannot be imported ({error}). Type: "
-            f'pip install "rems-net[{extra}]" (R0301)'
-        ) from None

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,18 +20,25 @@ def order(port: str) -> tuple[int, str]:
     return (PORTS.index(port) if port in PORTS else len(PORTS), port)
 
 
-def headings(name: str, field: Field) -> Iterator[str]:
-    """Yield what stands above the cells of a field; nothing above a picture."""
-    unit = {"bool": "bool", "float": field.unit, "int": field.unit}.get(
-        field.dtype, "text"
-    )
-    if not field.shape:
-        yield heading(name, unit)
-        return
-    if is_picture(field):
-        return
-    for index in np.ndindex(field.shape):
-        yield heading(name + "".join(f"[{i}]" for i in index), field.unit)
+def headings(name: str, field: Field) -> list[str]:
+    """Return what stands above the cells of a field; nothing above a picture."""
+    return [heading(one, unit_of(field)) for one in elements(name, field)]
+
+
+def elements(name: str, field: Field) -> dict[str, tuple[Any, ...]]:
+    """Return the columns of a field by name, each with its place in an array.
+
+    A field that is no array has one column, and a picture none.
+    """
+    places = () if is_picture(field) else np.ndindex(field.shape)
+    return {name + "".join(f"[{i}]" for i in at): at for at in places}
+
+
+def unit_of(field: Field) -> str:
+    """Return what stands as the unit above a column: "rad/s", "bool", "text"."""
+    if field.shape or field.dtype in ("float", "int"):
+        return field.unit
+    return "bool" if field.dtype == "bool" else "text"
 
 
 def cells(leaf: Any) -> list[str]:

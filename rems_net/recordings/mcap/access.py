@@ -104,14 +104,11 @@ class Access:
         if known is not None:
             self._kept.move_to_end((number, channel))
             return known
-        made = self._kept[number, channel] = self._read_index(number, channel)
+        chunk = self._chunks[number]
+        begin = chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS
+        made: Places = pairs(self._stream, chunk, channel) + np.array([0, begin])
+        self._kept[number, channel] = made
         self._size += made.nbytes
         while self._size > KEPT and len(self._kept) > 1:
             self._size -= self._kept.popitem(last=False)[1].nbytes
         return made
-
-    def _read_index(self, number: int, channel: int) -> Places:
-        chunk = self._chunks[number]
-        begin = chunk.at + mcap.HEAD.size + mcap.CHUNK_FIELDS
-        found: Places = pairs(self._stream, chunk, channel) + np.array([0, begin])
-        return found

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.defdict import Field, Schema, cdr
-from rems_net.pictures import is_picture
 from rems_net.recordings.csv_file import Column, heading
-from rems_net.recordings.export.lines import order
+from rems_net.recordings.export.lines import elements, order, unit_of
 from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.span import Span
 
@@ -131,9 +130,7 @@ def _names(file: McapFile, key: str) -> Iterator[tuple[str, Field]]:
     """Yield the columns of a port, in order; of an array, one for each element."""
     for path in file.ordered(key):
         one = file.schemas[key].fields[file.schemas[key].paths.index(path)]
-        if not is_picture(one):
-            for index in np.ndindex(one.shape):
-                yield path + "".join(f"[{i}]" for i in index), one
+        yield from ((name, one) for name in elements(path, one))
 
 
 def _split(
@@ -141,16 +138,8 @@ def _split(
 ) -> Iterator[tuple[str, Values]]:
     """Yield name and values (n,) of each column, or of one; whole: of each field."""
     for (path, one), values in zip(rows, whole, strict=True):
-        for index in np.ndindex(one.shape) if not is_picture(one) else ():
-            name = path + "".join(f"[{i}]" for i in index)
+        for name, index in elements(path, one).items():
             if only in ("", name):
                 found = values[(slice(None), *index)]
                 numeric = one.shape or one.dtype == "int"
                 yield name, found.astype(np.float64) if numeric else found.copy()
-
-
-def unit_of(one: Field) -> str:
-    """Return what stands as the unit above a column: "rad/s", "bool", "text"."""
-    if one.shape or one.dtype in ("float", "int"):
-        return one.unit
-    return "bool" if one.dtype == "bool" else "text"

@@ -137,45 +137,42 @@ def derived(schemas: Mapping[str, Schema], rays: Rays) -> list[Derived]:
                     found.append(Derived(f"{key}/{path}/png", IMAGE, picture))
             kind, name, port = key.split("/")
             known = rays.get(name, {}) if (kind, port) == ("robot", "sensors") else {}
-            if there := {k: v for k, v in known.items() if _is_length(one, k)}:
+            if there := {k: v for k, v in known.items() if _is_number(one, k, "m")}:
                 found.append(Derived(f"{key}/points", CLOUD, Cloud(key, one, there)))
     return found
 
 
-def _is_length(schema: Schema, path: str) -> bool:
+def _is_number(schema: Schema, path: str, unit: str) -> bool:
+    """Return whether a field is a number in this unit."""
     field = schema.find(path)
-    if not isinstance(field, Field) or field.shape:
-        return False
-    return field.dtype == "float" and field.unit == "m"
+    return isinstance(field, Field) and (field.dtype, field.unit) == ("float", unit)
 
 
 def has_pose(key: str, schema: Schema) -> bool:
     """Return whether it is a state with x and y in m and heading in rad."""
-    wanted = {"x": "m", "y": "m", "heading": "rad"}
-    fields = {path: schema.find(path) for path in wanted}
-    return key.startswith("robot/") and key.endswith("/state") and all(
-        isinstance(one, Field) and one.dtype == "float" and one.unit == wanted[path]
-        for path, one in fields.items()
-    ) and cdr(schema).layout is not None  # fmt: skip
+    if not (key.startswith("robot/") and key.endswith("/state")):
+        return False
+    pose = (("x", "m"), ("y", "m"), ("heading", "rad"))
+    posed = all(_is_number(schema, path, unit) for path, unit in pose)
+    return posed and cdr(schema).layout is not None
 
 
 class Poses:
     """Makes one message of the poses of a tick."""
 
     def __init__(self, schemas: Mapping[str, Schema]) -> None:
-        self._schemas, self._all = schemas, tuple(schemas)
-        self._form: Callable[[tuple[str, ...]], _Form] = cache(self._made)
+        self._all = tuple(schemas)
+        self._form: Callable[[tuple[str, ...]], _Form] = cache(
+            lambda keys: _Form({key: schemas[key] for key in keys})
+        )
 
     def __call__(self, messages: Batch, time: int) -> bytes:
         """Return the message of a tick, whose stamp is the time [ns]."""
         try:
             return self._form(self._all).filled(messages, time)
         except KeyError:  # one did not step at this tick
-            keys = tuple([key for key in self._schemas if key in messages])
+            keys = tuple([key for key in self._all if key in messages])
             return self._form(keys).filled(messages, time) if keys else b""
-
-    def _made(self, keys: tuple[str, ...]) -> "_Form":
-        return _Form({key: self._schemas[key] for key in keys})
 
 
 class _Form:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from rems_net.recordings.manifest import Manifest
 from rems_net.recordings.mcap.columns import read_blocks
 from rems_net.recordings.mcap.reader import McapFile
 
@@ -17,18 +16,15 @@ def describe(file: McapFile) -> Iterator[str]:
 
     Each key's chunks are read once, and one is in memory at a time.
     """
-    told = file.manifest() or Manifest()
-    agents = {kind: len(some) for kind, some in told.agents.items()}
-    many = {"process": "processes"}
+    told, many = file.told, {"process": "processes"}
     counted = [
-        f"{n} {kind if n == 1 else many.get(kind, f'{kind}s')}"
-        for kind, n in agents.items()
+        f"{len(some)} {kind if len(some) == 1 else many.get(kind, f'{kind}s')}"
+        for kind, some in told.agents.items()
     ]
     name = told.experiment or "an experiment without a name"
     yield f"what  {'; '.join([name, *counted, f'seed {told.seed}'])}"
-    end = max((one.end for one in file.chunks), default=0) / 1e9
     steps = f", in ticks of {told.dt:g} s" if told.dt else ""
-    yield f"when  until {end:g} s of fabric time{steps}"
+    yield f"when  until {file.end:g} s of fabric time{steps}"
     total, keys = sum(file.counts.values()), len(file.channels)
     size = file.path.stat().st_size / 1e6
     yield f"size  {size:.3g} MB, {total} values of {keys} keys"
@@ -36,7 +32,7 @@ def describe(file: McapFile) -> Iterator[str]:
         yield "      It has no end: its writer was killed. It was read all the same."
     for key in [*file.channels][:SHOWN]:
         count = file.counts[key]
-        rate = f", {count / end:.3g} a second" if end else ""
+        rate = f", {count / file.end:.3g} a second" if file.end else ""
         yield f"{key}: {count}{rate}"
         yield from _ranges(file, key)
     if keys > SHOWN:

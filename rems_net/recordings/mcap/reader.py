@@ -168,17 +168,17 @@ class McapFile:
     @cached_property
     def told(self) -> Manifest:
         """The same as of a run.json; an empty one if it is not there."""
-        return self.manifest() or Manifest()
+        return parsed(self.about()) or Manifest()
+
+    @property
+    def end(self) -> float:
+        """Time of the last value, s; 0 if there is none."""
+        return max((one.end for one in self.chunks), default=0) / 1e9
 
     @cached_property
     def last(self) -> int:
         """The last tick; 0 if the length of a tick is not known."""
-        end = max((one.end for one in self.chunks), default=0) / 1e9
-        return round(end / self.told.dt) if self.told.dt else 0
-
-    def manifest(self) -> Manifest | None:
-        """Return the same as of a run.json; None if it is not there."""
-        return parsed(self.about())
+        return round(self.end / self.told.dt) if self.told.dt else 0
 
     def ordered(self, key: str) -> list[str]:
         """Return the paths of a port in the order of its definition.
@@ -197,23 +197,20 @@ class McapFile:
 
     # -- messages ----------------------------------------------------------------
 
-    def events(self) -> Iterator[tuple[str, str]]:
-        """Yield the key of the agent and the sentence of each event."""
+    def events(self) -> Iterator[tuple[int, str, str]]:
+        """Yield the time [ns], the key of the agent and the sentence of each event."""
         if self.log is not None:
             with self.readable():
-                for _, messages in self._messages(self.log.id):
-                    yield from map(read_log, messages)
+                for times, messages in self._messages(self.log.id):
+                    for time, message in zip(times, messages, strict=True):
+                        _, key, text = read_log(message)
+                        yield time, key, text
 
     def holds(self) -> Iterator[tuple[int, bool]]:
         """Yield the tick of each STOP, with True, and of each release, with False."""
-        if self.log is not None and self.told.dt:
-            with self.readable():
-                for times, messages in self._messages(self.log.id):
-                    for time, (key, text) in zip(
-                        times, map(read_log, messages), strict=True
-                    ):
-                        if key == CLOCK and text in (STOPPED, RELEASED):
-                            yield round(time / 1e9 / self.told.dt), text == STOPPED
+        for time, key, text in self.events() if self.told.dt else ():
+            if key == CLOCK and text in (STOPPED, RELEASED):
+                yield round(time / 1e9 / self.told.dt), text == STOPPED
 
     def messages(self, key: str) -> Iterator[tuple[list[int], list[bytes]]]:
         """Return log times [ns] and messages of a channel, chunk by chunk."""

@@ -177,8 +177,9 @@ def read_chunk_index(content: bytes) -> ChunkIndex:
     return ChunkIndex(start, end, at, length, size, compression, places, trailing)
 
 
-def records(data: bytes, at: int = 0) -> Iterator[tuple[int, int, bytes]]:
-    """Yield opcode, place and content of the whole records from a place on."""
+def records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """Yield opcode, place and content of the whole records."""
+    at = 0
     while at + HEAD.size <= len(data):
         opcode, size = HEAD.unpack_from(data, at)
         if at + HEAD.size + size > len(data):

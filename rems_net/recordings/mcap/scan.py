@@ -38,26 +38,14 @@ def finish(path: Path, *, damaged: bool = False) -> bool:
     if is_whole(path) and not damaged:
         return False
     writer = scan(path)
-    if (library := _library(path)) not in ("", LIBRARY):
+    if writer.library != LIBRARY:
         raise ExperimentError(
-            f"{path.name} is of another program ({library}), whose records would be "
-            "lost: repair it with that. (R0805)"
+            f"{path.name} is of another program ({writer.library}), whose records "
+            "would be lost: repair it with that. (R0805)"
         )
     writer.resume()
     writer.close()
     return True
-
-
-def _library(path: Path) -> str:
-    """Return the library that wrote a file; "" if the file ends before its name."""
-    with path.open("rb") as file:
-        file.seek(len(mcap.MAGIC))
-        opcode, content = _next(file) or (0, b"")
-    if opcode != mcap.HEADER:
-        return ""
-    cursor = mcap.Cursor(content)
-    cursor.text()  # the profile
-    return cursor.text()
 
 
 def scan(path: Path) -> McapWriter:
@@ -72,9 +60,12 @@ def scan(path: Path) -> McapWriter:
         while (found := _next(file)) is not None:
             opcode, content = found
             if opcode in (mcap.HEADER, mcap.METADATA):
+                cursor = mcap.Cursor(content)
+                name = cursor.text()
                 if opcode == mcap.METADATA:
-                    name = mcap.Cursor(content).text()
                     made.told.append((made.size, 9 + len(content), name))
+                else:  # that was the profile
+                    made.library = cursor.text() or LIBRARY
                 _grow(made, mcap.record(opcode, content))
             elif opcode != mcap.CHUNK or not _chunk(made, file, content):
                 break

@@ -53,7 +53,8 @@ class McapWriter:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        #: library: what has written what is in it
+        self.path, self.library = path, LIBRARY
         self.types: dict[str, mcap.Schema] = {}
         self.channels: dict[str, Channel] = {}
         self.chunks: list[ChunkIndex] = []

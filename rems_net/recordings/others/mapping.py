@@ -4,7 +4,7 @@ It is a TOML file: `woodbot-class.toml`, beside this file, is one.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.defdict import Field, boolean, number, parse_quantity, text
+from rems_net.defdict import number, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
 from rems_net.reading import DESCRIPTION, decoded, read_file
-from rems_net.recordings.comparison import POSE, pose_of, unit_factor
+from rems_net.recordings.comparison import pose_of, si_factors
 from rems_net.recordings.csv_file import Column, CsvFile, heading
-from rems_net.recordings.table import Columns
+from rems_net.recordings.table import Columns, read_columns
 from rems_net.toml import TOMLDecodeError, loads
 
 #: mappings that rems_net has
@@ -27,7 +27,7 @@ KEYS = ("columns", "stamped", "frame", "files")
 COLUMN = ("field", "unit", "wrap", "factor")
 FRAME = ("ahead", "left", "settled")
 STAMPED = ("end", "start")
-PORTS = ("time", "command/", "state/", "sensors/")
+PORTS = ("command/", "state/", "sensors/")
 
 Values = NDArray[Any]
 
@@ -95,13 +95,13 @@ class Like:
                     f"{mapping.name}; there is {some(by_name)}."
                     f"{nearest(name, by_name)} (R0844)"
                 )
-        wanted = [(by_name[name], _field(mapping, name)) for name in mapping.columns]
-        cells = zip(*file.numbers(wanted).cells, strict=True)
-        read = dict(zip(mapping.columns, map(np.array, cells), strict=True))
+        meant = mapping.columns.items()
+        wanted = [replace(by_name[name], unit=one.unit) for name, one in meant]
+        read = read_columns(file, wanted)
         made: dict[Column, Values] = {}
-        for name, one in sorted(mapping.columns.items(), key=_time_first):
+        for name, one in sorted(meant, key=lambda item: item[1].field != "time"):
             about = len(made), heading(one.field, one.unit), one.field, one.unit
-            made[Column(*about)] = _meant(one, read[name])
+            made[Column(*about)] = _meant(one, read.plain(name))
         time, *_ = made
         seconds = made[time] * parse_quantity(f"1 {time.unit or 's'}", "s")
         if mapping.stamped == "start":
@@ -184,7 +184,7 @@ def _meaning(where: str, given: object) -> Meaning:
     _known(where, given, COLUMN)
     try:
         made = Meaning(**given)
-        if made.field != "time" and not made.field.startswith(PORTS[1:]):
+        if made.field != "time" and not made.field.startswith(PORTS):
             raise ExperimentError(
                 f"its field is {made.field!r}; expected 'time', or a path such as "
                 "'state/x', 'command/wheel/left' or 'sensors/gyro'. (R0844)"
@@ -232,17 +232,6 @@ def _table(where: str, given: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return found
 
 
-def _time_first(item: tuple[str, Meaning]) -> bool:
-    return item[1].field != "time"
-
-
-def _field(mapping: Like, name: str) -> Field:
-    unit = mapping.columns[name].unit
-    if unit == "text":
-        return text()
-    return boolean() if unit == "bool" else Field("float", "")
-
-
 def _meant(one: Meaning, values: Values) -> Values:
     """Return the values of a column, with its factor, and not wrapped."""
     if values.dtype.kind not in "fi":
@@ -259,8 +248,7 @@ def _to_origin(frame: Frame, made: dict[Column, Values]) -> None:
     columns = pose_of(made)
     if columns is None or not (frame.ahead or frame.left):
         return
-    units = zip(columns, POSE, strict=True)
-    factors = [unit_factor(c.unit, unit) or 1.0 for c, (_, unit) in units]
+    factors = si_factors(columns)
     x, y, heading = (made[column] for column in columns)
     c, s = np.cos(factors[2] * heading), np.sin(factors[2] * heading)
     made[columns[0]] = x - (c * frame.ahead - s * frame.left) / factors[0]

@@ -135,14 +135,10 @@ def _jolt(case: TrajectoryPair, steps: Array) -> Array:
     wide = max(1, min(len(more), round(JOLT / float(np.median(dt)))))
     sums = np.stack([np.convolve(part, np.ones(wide), "same") for part in more.T], 1)
     sizes = np.linalg.norm(sums * case.a.weights(), axis=1)
-    tries = [_at(case, k, sums[k]) for k in _peaks(sizes)]
+    tries: list[Array] = [np.r_[case.a.time[k + 1], sums[k]] for k in _peaks(sizes)]
     left = [case.a.led(case.a.points[0], _jolted(case, steps, by)) for by in tries]
     errors = [np.square((p - case.b.points) * case.a.weights()).sum() for p in left]
     return tries[int(np.argmin(errors))]
-
-
-def _at(case: TrajectoryPair, k: int, more: Array) -> Array:
-    return np.concatenate((case.a.time[k + 1 : k + 2], more))
 
 
 def _peaks(sizes: Array) -> list[int]:

@@ -7,13 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.recordings.common import DIGITS, common, laid_at, lay
-from rems_net.recordings.comparison import (
-    POSE,
-    factor,
-    pose_of,
-    unit_factor,
-    until_far,
-)
+from rems_net.recordings.comparison import factor, pose_of, si_factors, until_far
 from rems_net.recordings.manifest import Start
 from rems_net.recordings.parting.trajectory import Array, Drive, StepTrajectory
 
@@ -91,12 +85,9 @@ class RobotPair:
         """Return the poses of both, in m and rad."""
         made = []
         for k, robot in enumerate((self.a, self.b)):
-            factors = [
-                unit_factor(robot.unit(name), unit) or 1.0 for name, unit in POSE
-            ]
-            names = [name for name, _ in POSE]
-            time, points = self._from_start(k, robot, names)
-            points = points * factors
+            pose = pose_of(robot.columns()) or []
+            time, points = self._from_start(k, robot, [one.name for one in pose])
+            points = points * si_factors(pose)
             points[:, 2] = np.unwrap(points[:, 2])
             made.append(Drive(time, points))
         one, other = made

@@ -173,7 +173,8 @@ def told(
         return None
     columns = [np.stack(c, axis=1) for c in zip(*pairs, strict=True)]
     sums = [_sums(both, c, a.time) for c in columns]
-    found: Array = (sums[1] - sums[0]) @ _answer(np.concatenate(sums), _steps(a, b))
+    steps = np.concatenate((a.steps(), b.steps()))
+    found: Array = (sums[1] - sums[0]) @ _answer(np.concatenate(sums), steps)
     same = field.replace("state/", "command/", 1)
     if same not in names:
         return found
@@ -195,10 +196,6 @@ def _sums(both: RobotPair, columns: Array, time: Array) -> Array:
     sums = np.concatenate((np.zeros_like(added[:1]), added))
     found: Array = np.diff([np.interp(time, when, c) for c in sums.T], axis=1).T
     return found
-
-
-def _steps(a: StepTrajectory, b: StepTrajectory) -> Array:
-    return np.concatenate((a.steps(), b.steps()))
 
 
 def _answer(asked: Array, made: Array) -> Array:

@@ -1,6 +1,7 @@
 """Printed text about where and why robots part; 80 columns wide."""
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from math import degrees
 from textwrap import wrap
 
@@ -110,10 +111,5 @@ def _and(words: Sequence[str]) -> str:
 
 
 def _by_share(causes: Sequence[Cause]) -> list[tuple[list[Cause], float]]:
-    found: list[tuple[list[Cause], float]] = []
-    for cause in causes:
-        if found and found[-1][1] == cause.share:
-            found[-1][0].append(cause)
-        else:
-            found.append(([cause], cause.share))
-    return found
+    groups = groupby(causes, key=lambda cause: cause.share)
+    return [([*some], share) for share, some in groups]

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rems_net import Experiment
+from rems_net import Experiment, read
 from rems_net.agents.experiment.show import Show
 from rems_net.errors import ExperimentError, SchemaError
 from rems_net.events import Event, listening
-from rems_net.recordings.comparison import Trajectory, corners, trajectories
+from rems_net.recordings.comparison import Trajectory, corners
 from rems_net.recordings.picture import draw_paths
 
 THINGS = {
@@ -51,7 +51,7 @@ def test_the_manifest_says_what_stands_there(tmp_path: Path) -> None:
     for robot in told["robots"].values():
         assert robot["world"] == "hall"
         assert corners(robot["outline"])[:, 0].max() == pytest.approx(0.02)
-    near = next(t for t in trajectories([tmp_path / "near.csv"]))
+    near = read(tmp_path).trajectories("near")[0]
     assert {*near.around} == {*there}
     assert len(near.outline) == 6
 

@@ -126,7 +126,7 @@ class Rebuilt:
         for robot in self.lab.plans.values():
             if robot.kind == "robot" and robot.key not in self.played:
                 robot.again = [*robot.again, *holds]
-        for key, text in self.file.events():
+        for _, key, text in self.file.events():
             one, plan = Outside.read(text), self.lab.plans.get(key)
             if one is not None and plan is not None and key not in self.played:
                 self.outside.setdefault(key, []).append(one)
@@ -182,8 +182,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
     Raises ExperimentError for what is no recording, or cannot be built again.
     """
     file = McapFile(path)
-    told = file.manifest()
-    if told is None or not told.agents or not told.dt:
+    told = file.told
+    if not told.agents or not told.dt:
         raise ExperimentError(
             f"{path} has no experiment in it that could be done again; an output of "
             "type mcap writes such a file. (R0436)"
