@@ -1,10 +1,8 @@
 """SkidSteered: robots on several axles, whose wheels skid sideways in a turn."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from rems_net.bodies.body import Hinge
-from rems_net.defdict import DefDict
-from rems_net.kinematics.mechanism import Mechanism
 from rems_net.robots.differential import Differential
 
 
@@ -22,15 +20,7 @@ class SkidSteered(Differential):
     #: axle above it carries no weight on an even floor.
     axles: ClassVar[tuple[tuple[float, float], ...]]
 
-    def turning(self, command: DefDict) -> Any:
-        """Return the rate of the heading, rad/s."""
-        p = self.parameters
-        faster = command["wheel/right"] - command["wheel/left"]
-        return p.wheel_radius * faster / p.effective_track
-
-    def mechanisms(self) -> dict[str, Mechanism]:
-        """Return the kinematics of two wheels, `effective_track` apart."""
-        return self.rolling(self.parameters.effective_track)
+    turning_track = "effective_track"
 
     def wheels(self) -> tuple[Hinge, ...]:
         """Return the wheels, axle by axle."""
