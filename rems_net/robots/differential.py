@@ -83,11 +83,11 @@ def figures(**given: tuple[float, str]) -> Settings:
     )
 
 
-def wheel_speeds(parameters: DefDict) -> Schema:
+def wheel_speeds(parameters: DefDict, name: str = "differential.command") -> Schema:
     """Return the schema of a command to two sides of wheels, positive ahead."""
     top = parameters.max_wheel_speed
     speed = angular_velocity(range=(-top, top))
-    return Schema("differential.command", {"wheel/left": speed, "wheel/right": speed})
+    return Schema(name, {"wheel/left": speed, "wheel/right": speed})
 
 
 class Differential(Definition):
