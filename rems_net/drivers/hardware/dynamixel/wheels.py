@@ -84,11 +84,9 @@ class Wheels(Servos):
             goals[servo] = max(-limit, min(limit, counts))
         return goals
 
-    def readings(
-        self, speeds: Mapping[int, int], positions: Mapping[int, int]
-    ) -> dict[str, Mapping[str, Any]]:
-        path = self._path
-        path.feed(*(self._sign(s) * positions[self.options[s]] for s in SIDES))
+    def readings(self, said: Mapping[int, Said]) -> dict[str, Mapping[str, Any]]:
+        path, at = self._path, table.PRESENT_POSITION
+        path.feed(*(self._sign(s) * said[self.options[s]](at) for s in SIDES))
         turned = {"encoder/left": path.left, "encoder/right": path.right}
         known = {"state": path.state(), "sensors": turned}
         has = self.published().items()
