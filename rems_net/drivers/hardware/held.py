@@ -68,7 +68,7 @@ class Held:
             self._frames = self._meet(door, token)
 
     def open(self, kind: str, **given: Any) -> None:
-        """Open the port as `holder.open_port` does. Raises its OSError."""
+        """Open the port, by one of the holder's KINDS. Raises its OSError."""
         self.start()
         self._send(Kind.OPEN, json.dumps({"kind": kind, **given}).encode())
         until = wall() + given.get("seconds", 0.0) + OPENING

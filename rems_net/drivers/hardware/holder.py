@@ -107,11 +107,7 @@ class SocketPort:
 
 #: One thread reads it, another one does the rest.
 Port = SerialPort | SocketPort
-
-
-def open_port(kind: str, **given: Any) -> Port:
-    """Open a port: `serial` or `socket`, with the arguments of its class."""
-    return SerialPort(**given) if kind == "serial" else SocketPort(**given)
+KINDS: dict[str, Callable[..., Port]] = {"serial": SerialPort, "socket": SocketPort}
 
 
 class Holder:
@@ -188,7 +184,7 @@ class Holder:
     def _open(self, given: dict[str, Any]) -> None:
         self._close()
         try:
-            port = open_port(**given)
+            port = KINDS[given.pop("kind")](**given)
         except Exception as error:
             self.host.send(Kind.REFUSED, _reason(error))
             return
