@@ -5,6 +5,9 @@ from rems_net.errors import SchemaError
 
 #: message for a world that is a file
 NEEDS_MUJOCO = "mjcf is a model for MuJoCo: give its robots the driver mujoco. (R0204)"
+#: example for a definition without a body
+BODY = """def body(self):
+        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)"""
 
 
 def missing(robot: Robot, method: str, why: str, example: str) -> SchemaError:

@@ -12,7 +12,7 @@ from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Array
 from rems_net.defdict import DefDict
 from rems_net.drivers.kinematic.model import Model
-from rems_net.drivers.needs import missing
+from rems_net.drivers.needs import BODY, missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
 from rems_net.scenes import outline, rays
@@ -147,9 +147,8 @@ class KinematicWorld:
         bodies = [self._outlines[number] for number in numbers]
         starts = [_start(robot, robot.begins()) for robot in robots]
         check_places([robot.key for robot in robots], bodies, starts, self.scene)
-        for robot, number in zip(robots, numbers, strict=True):
-            start = _start(robot, robot.begins())
-            check_free(robot.key, self._outlines[number], start, others)
+        for robot, body, start in zip(robots, bodies, starts, strict=True):
+            check_free(robot.key, body, start, others)
         for robot in robots:
             robot.rewind()
         for robot in robots:  # only now do all robots stand where others sense them
@@ -164,13 +163,7 @@ class KinematicWorld:
 
 def _body(robot: Robot) -> Body:
     if not isinstance(robot, Embodied):
-        raise missing(
-            robot,
-            "body()",
-            "what walls are to stop",
-            "def body(self):\n"
-            "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
-        )
+        raise missing(robot, "body()", "what walls are to stop", BODY)
     schema = robot.state.schema
     units = [getattr(schema.find(path), "unit", None) for path in PATHS]
     body = built(robot.body())

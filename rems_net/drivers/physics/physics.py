@@ -13,7 +13,7 @@ from rems_net.bodies import sensors
 from rems_net.bodies.body import Arena, Body, Embodied, Hinge, Joint, lump
 from rems_net.bodies.files.built import built
 from rems_net.defdict import DefDict, Field, Schema, time
-from rems_net.drivers.needs import NEEDS_MUJOCO, missing
+from rems_net.drivers.needs import BODY, NEEDS_MUJOCO, missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
@@ -59,13 +59,7 @@ class Physics(Simulated):
         for library in self.needs:
             look_for(library, library)
         if not isinstance(self, Embodied):
-            raise missing(
-                self,
-                "body()",
-                "what the robot is made of",
-                "def body(self):\n"
-                "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
-            )
+            raise missing(self, "body()", "what the robot is made of", BODY)
         body = built(self.body(), self.needs)
         if self.marked:
             marker = marking.of_robot(self, self.marked)
