@@ -107,9 +107,8 @@ class Console:
             piece = self._next(until)
             if piece.kind == "text":
                 text = piece.content.decode(errors="replace")
-                said = (
-                    text.removeprefix("wifi: ") if text.startswith("wifi: ") else said
-                )
+                if text.startswith("wifi: "):
+                    said = text.removeprefix("wifi: ")
                 continue
             kind, data = improv.read(piece.content)
             if kind is Kind.ERROR and data[:1] != b"\0":
