@@ -11,13 +11,13 @@ from typing import Any
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.bodies.devices import Devices, InWebots
-from rems_net.defdict import DefDict, Field, Schema, text
-from rems_net.drivers.needs import missing
+from rems_net.defdict import DefDict, Field, text
+from rems_net.drivers.needs import field_of, missing
 from rems_net.drivers.webots import connection, pose
 from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.pose import Placement, coordinate_system
-from rems_net.errors import AgentError, SchemaError, uncoded
+from rems_net.errors import AgentError
 from rems_net.events import warn
 from rems_net.kinematics.rotation import wrapped
 
@@ -74,16 +74,7 @@ class Webots(Driver):
             self._field(reading.port, reading.field)
 
     def _field(self, port: str, path: str) -> Field:
-        schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
-        if port == "command":
-            schema = self.motor_schema()
-        field = schema.find(path)
-        if not isinstance(field, Field):
-            raise SchemaError(
-                f"{type(self).__name__}: webots() names the field {path!r} of {port}. "
-                f"{uncoded(schema.unknown(path))} (R0306)"
-            )
-        return field
+        return field_of(self, "webots() names", port, path)
 
     def open(self) -> None:
         """Connect to the robot in Webots, and put it to its start."""
