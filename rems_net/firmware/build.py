@@ -26,6 +26,8 @@ COMPILING = "compiles the firmware, once for these sources"
 #: s that the compiler may take.
 COMPILE_TIMEOUT = 120.0
 ENDINGS = {"win32": ".dll", "darwin": ".dylib"}
+#: By system: variable with a user's folder for caches; that folder in their home.
+CACHES = {"win32": ("LOCALAPPDATA", "AppData/Local"), "darwin": ("", "Library/Caches")}
 
 
 def sources() -> Path:
@@ -57,13 +59,9 @@ def library(tell: Callable[[str], None] = lambda _: None) -> Path:
 
 def cache() -> Path:
     """Return the folder of this user's compiled libraries."""
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = str(Path.home() / "Library" / "Caches")
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "rems_net" / "firmware"
+    variable, usual = CACHES.get(sys.platform, ("XDG_CACHE_HOME", ".cache"))
+    base = Path(os.environ.get(variable) or Path.home() / usual)
+    return base / "rems_net" / "firmware"
 
 
 def digest(files: list[Path]) -> str:
