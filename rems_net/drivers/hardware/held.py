@@ -130,7 +130,7 @@ class Held:
 
     def _send(self, kind: Kind, payload: bytes = b"") -> None:
         if self._frames is None:
-            raise OSError(errno.EPIPE, "the process that holds the port has ended")
+            raise self._lost()
         self._frames.link.settimeout(SENDING)
         try:
             self._frames.send(kind, payload)
@@ -140,7 +140,7 @@ class Held:
     def _receive(self, seconds: float) -> tuple[Kind, bytes] | None:
         """Return the next frame; None if none comes in time. Raises OSError."""
         if self._frames is None:
-            raise OSError(errno.EPIPE, "the process that holds the port has ended")
+            raise self._lost()
         self._frames.link.settimeout(max(0.0, seconds))
         try:
             return self._frames.receive()

@@ -15,7 +15,8 @@ from rems_net.bodies.parts import Array
 from rems_net.bodies.tree import rotation as turned_about
 from rems_net.errors import AgentError
 from rems_net.kinematics.rotation import rotation_vector
-from rems_net.maths import atan2, sincos
+from rems_net.maths import atan2
+from rems_net.scenes.rays import stand
 
 #: Rotations (3, 3) from a world of Webots, by its `coordinateSystem`, to ours, where x
 #: is east, y north and z up. The letters are the meanings of Webots' x, y and z.
@@ -47,10 +48,9 @@ def placed(
 
     height: of the origin above the floor, m      upright: a rotation while it stands
     """
-    sine, cosine = sincos(turned - heading(upright, devices))
-    about_z = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    at, about_z = stand((x, y, turned - heading(upright, devices)), height)
     rotation = about_z @ upright
-    return np.array([x, y, height]) - rotation @ np.array(devices.origin), rotation
+    return at - rotation @ np.array(devices.origin), rotation
 
 
 def axis_angle(rotation: Array) -> list[float]:
