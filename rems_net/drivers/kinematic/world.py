@@ -23,7 +23,7 @@ from rems_net.scenes.outline import (
     check_free,
     check_places,
 )
-from rems_net.scenes.rays import Look, Solid
+from rems_net.scenes.rays import Look
 from rems_net.scenes.scene import Scene
 
 #: halvings of the way to an obstacle: to a millionth of a step
@@ -94,10 +94,8 @@ class KinematicWorld:
         """Return the values of the rays and switches of a robot's body, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
-        solids = self._around(number)
-        solids += [solid for one in self.scene.ghosts for solid in one.stands()]
         place = rays.stand(_pose(robot), body.height)
-        return rays.sensed(body, *place, self._look(solids))
+        return rays.sensed(body, *place, self._past(robot=number))
 
     def follow(self, number: int, pose: Pose | None) -> list[str]:
         """Put a ghost to a pose; return the keys of robots that it is inside of."""
@@ -105,22 +103,19 @@ class KinematicWorld:
 
     def look(self, number: int) -> dict[str, float | bool]:
         """Return the values of the rays and switches of a ghost, by sensor."""
-        ghost = self.scene.ghosts[number]
-        solids = self._around()
-        others = (one for one in self.scene.ghosts if one is not ghost)
-        solids += [solid for one in others for solid in one.stands()]
-        return ghost.sensed(self._look(solids))
+        return self.scene.ghosts[number].sensed(self._past(ghost=number))
 
-    def _around(self, *numbers: int) -> list[Solid]:
-        """Return things that are no boxes, and the solids of robots except these."""
+    def _past(self, robot: int = -1, ghost: int = -1) -> Look:
+        """Return a function that measures rays, which pass through one of them."""
         solids = [*self._others]
         for other, one in enumerate(self.robots):
-            if other not in numbers:
+            if other != robot:
                 place = rays.stand(_pose(one), self._bodies[other].height)
                 solids += [solid.moved(*place) for solid in self._solids[other]]
-        return solids
+        for other, shade in enumerate(self.scene.ghosts):
+            if other != ghost:
+                solids += shade.stands()
 
-    def _look(self, solids: Sequence[Solid]) -> Look:
         def look(start: Array, ahead: Array, reach: float) -> float:
             still = self._boxes.distance(start, ahead)
             return min(still, rays.distance(start, ahead, solids))
