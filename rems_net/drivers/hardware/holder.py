@@ -24,7 +24,7 @@ from threading import Event, RLock, Thread, Timer
 from typing import Any
 
 from rems_net.agents.wall import wall
-from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
+from rems_net.drivers.hardware.frames import ARM, CHUNK, STAMP, Frames, Kind
 
 #: s. Between two halts to a robot whose host is silent: one may be damaged on its way
 AGAIN = 0.1
@@ -36,8 +36,6 @@ TRIES, PAUSE = 3, 0.02
 LEAVE = 0.9
 #: s. A socket that accepts no bytes for this long counts as broken
 SENDING = 0.25
-#: bytes of a read from a socket
-CHUNK = 4096
 
 
 class SerialPort:

@@ -11,7 +11,7 @@ from rems_net.bodies.body import Body, Box, Embodied
 from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Array
 from rems_net.defdict import DefDict
-from rems_net.drivers.kinematic.model import Model
+from rems_net.drivers.kinematic.model import POSE, Model
 from rems_net.drivers.needs import BODY, missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
@@ -28,7 +28,6 @@ from rems_net.scenes.scene import Scene
 
 #: halvings of the way to an obstacle: to a millionth of a step
 HALVINGS = 20
-PATHS = ("x", "y", "heading")
 
 
 class KinematicWorld:
@@ -64,7 +63,7 @@ class KinematicWorld:
             if after != before:
                 pose = self._stopped(number, before, after)
                 if pose != after:
-                    robot.state.update(dict(zip(PATHS, pose, strict=True)))
+                    robot.state.update(dict(zip(POSE, pose, strict=True)))
                     robot.halt()
 
     def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
@@ -160,9 +159,9 @@ def _body(robot: Robot) -> Body:
     if not isinstance(robot, Embodied):
         raise missing(robot, "body()", "what walls are to stop", BODY)
     schema = robot.state.schema
-    units = [getattr(schema.find(path), "unit", None) for path in PATHS]
+    units = [getattr(schema.find(path), "unit", None) for path in POSE]
     body = built(robot.body())
-    if units != ["m", "m", "rad"] and not body.fixed:
+    if units != [*POSE.values()] and not body.fixed:
         raise SchemaError(
             f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
             f"{schema.name} has {', '.join(schema.paths)}. (R0306)"
