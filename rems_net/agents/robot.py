@@ -362,6 +362,12 @@ class Driver(Robot):
         )
 
 
+def definition_of(cls: type) -> type:
+    """Return the definition of a robot's class; the class itself if there is none."""
+    bases = (b for b in cls.__mro__ if issubclass(b, Definition))
+    return next((b for b in bases if not issubclass(b, Driver)), cls)
+
+
 def driver_of(cls: type[Robot]) -> type[Robot]:
     """Return the driver class of a robot's class; the class itself if there is none."""
     drivers = (b for b in cls.__mro__ if issubclass(b, Driver))

@@ -84,13 +84,13 @@ class Console:
 
     def info(self) -> Sequence[str]:
         """Return firmware, version, chip, name."""
-        return self._results(Command.INFO, improv.command(Command.INFO))[0]
+        return self._results(Command.INFO)[0]
 
     def scan(self) -> list[tuple[str, int, bool]]:
         """Return the networks in range: name, strength [dBm], whether it needs a
         password; the strongest first.
         """
-        rows = self._results(Command.SCAN, improv.command(Command.SCAN), many=True)
+        rows = self._results(Command.SCAN, many=True)
         found = [(r[0], _number(r[1]), r[2] != "NO") for r in rows if len(r) > 2]
         return sorted(found, key=lambda row: (-row[1], row[0]))
 
@@ -107,9 +107,8 @@ class Console:
             piece = self._next(until)
             if piece.kind == "text":
                 text = piece.content.decode(errors="replace")
-                said = (
-                    text.removeprefix("wifi: ") if text.startswith("wifi: ") else said
-                )
+                if text.startswith("wifi: "):
+                    said = text.removeprefix("wifi: ")
                 continue
             kind, data = improv.read(piece.content)
             if kind is Kind.ERROR and data[:1] != b"\0":
@@ -167,11 +166,9 @@ class Console:
             if kind is Kind.STATE and data[:1] in (b"\2", b"\3", b"\4"):
                 return
 
-    def _results(
-        self, command: Command, request: bytes, many: bool = False
-    ) -> list[Sequence[str]]:
+    def _results(self, command: Command, many: bool = False) -> list[Sequence[str]]:
         self._waiting.clear()
-        self.write(request)
+        self.write(improv.command(command))
         found: list[Sequence[str]] = []
         until = time.monotonic() + (JOINING if many else ANSWER_TIMEOUT)
         while True:
@@ -180,10 +177,8 @@ class Console:
                 continue
             of, texts = improv.texts(data)
             if of == command:
-                if many and not texts:
-                    return found
                 found.append(texts)
-                if not many:
+                if not (many and texts):  # an empty one ends many
                     return found
 
 

@@ -32,9 +32,7 @@ def open_port(device: str, baud: int = BAUDS[0]) -> Line:
     line.exclusive = None if sys.platform == "win32" else True
     try:
         line.open()
-    except (OSError, ValueError) as error:
+    except Exception as error:  # also termios.error, which is no OSError
         raise FabricError(f"{refusal(device, error)} (R0701)") from None
-    except Exception as error:  # termios.error: gone while opening
-        raise FabricError(f"{refusal(device, OSError(*error.args))} (R0701)") from None
     opened: Line = line
     return opened

@@ -61,7 +61,7 @@ def turning(angle: int) -> float:
 class OriginalWoodbot:
     """Device that drives by the bytes of clients, and answers as the firmware does.
 
-    mended: the quirks that it does not have.  parameters: of the Woodbot.
+    mended: the quirks that it does not have.
     """
 
     baud = 1_000_000
@@ -69,18 +69,11 @@ class OriginalWoodbot:
     #: Clients that wait to be accepted.
     _waiting: list[int]
 
-    def __init__(
-        self,
-        hostname: str = HOSTNAME,
-        *,
-        mended: Iterable[str] = (),
-        parameters: Mapping[str, object] | None = None,
-    ):
-        self.hostname = hostname
+    def __init__(self, *, mended: Iterable[str] = ()):
         self.quirks = set(QUIRKS)
         #: Arguments of drive(), newest last: right, left, in degrees.
         self.driven: list[tuple[int, int]] = []
-        self._robot = combine(Woodbot, Kinematic)("woodbot", parameters=parameters)
+        self._robot = combine(Woodbot, Kinematic)("woodbot")
         self._robot.prepare()
         self._start()
         self._up = STARTING  # it was switched on some time ago
@@ -184,7 +177,7 @@ class OriginalWoodbot:
         return ()
 
     def _let_in(self, client: int) -> list[Packet]:
-        greeting = (b"Connected to ", self.hostname.encode())
+        greeting = (b"Connected to ", HOSTNAME.encode())
         return [
             Packet(client, OPEN),
             *(Packet(client, TEXT, text) for text in greeting),

@@ -17,7 +17,7 @@ import numpy as np
 from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
 from rems_net.eyes.view import View
-from rems_net.kinematics.upright import wrapped
+from rems_net.kinematics.rotation import wrapped
 from rems_net.maths import atan2, sincos
 
 #: steps of Gauss and Newton; the start is the corners' own back-projection

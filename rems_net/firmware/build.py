@@ -11,8 +11,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rems_net.errors import MissingPartError
@@ -26,6 +26,8 @@ COMPILING = "compiles the firmware, once for these sources"
 #: s that the compiler may take.
 COMPILE_TIMEOUT = 120.0
 ENDINGS = {"win32": ".dll", "darwin": ".dylib"}
+#: By system: variable with a user's folder for caches; that folder in their home.
+CACHES = {"win32": ("LOCALAPPDATA", "AppData/Local"), "darwin": ("", "Library/Caches")}
 
 
 def sources() -> Path:
@@ -57,13 +59,9 @@ def library(tell: Callable[[str], None] = lambda _: None) -> Path:
 
 def cache() -> Path:
     """Return the folder of this user's compiled libraries."""
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = str(Path.home() / "Library" / "Caches")
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "rems_net" / "firmware"
+    variable, usual = CACHES.get(sys.platform, ("XDG_CACHE_HOME", ".cache"))
+    base = Path(os.environ.get(variable) or Path.home() / usual)
+    return base / "rems_net" / "firmware"
 
 
 def digest(files: list[Path]) -> str:
@@ -92,34 +90,43 @@ def compiler() -> str:
 
 
 def compile_into(made: Path, files: list[Path]) -> None:
-    """Compile under another name, then rename: no program loads half a library."""
+    """Compile the library. Raises MissingPartError if there is no compiler."""
     position = () if sys.platform == "win32" else ("-fPIC", "-fvisibility=default")
+    with beside(made) as folder:
+        new, cc = folder / made.name, compiler()
+        rooms = sorted({f"-I{path.parent}" for path in files})
+        flags = [*FLAGS, *position, *rooms, "-o", str(new)]
+        units = [str(path) for path in files if path.suffix == ".c"]
+        done = run(cc, *flags, *units, "-lm")
+        if done.returncode != 0 or not new.exists():
+            lines = [line for line in done.stderr.splitlines() if "error" in line]
+            first = [*lines, "no reason"][0].strip()
+            raise MissingPartError(
+                f"The C compiler {cc} does not compile the firmware: {first} (R0709)"
+            )
+        with suppress(PermissionError):  # Windows: another process made it
+            new.replace(made)
+
+
+@contextmanager
+def beside(made: Path, otherwise: str = ".") -> Iterator[Path]:
+    """Yield a new folder, to build a file in it and then move the file to `made`.
+
+    So no program finds half a file.  otherwise: how to do without it. Raises
+    MissingPartError if building takes too long, or the disk takes nothing.
+    """
     try:
         made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
-            new = Path(folder) / made.name
-            rooms = sorted({f"-I{path.parent}" for path in files})
-            flags = [*FLAGS, *position, *rooms, "-o", str(new)]
-            units = [str(path) for path in files if path.suffix == ".c"]
-            command = [compiler(), *flags, *units]
-            done = run(*command, "-lm")
-            if done.returncode != 0 or not new.exists():
-                lines = [line for line in done.stderr.splitlines() if "error" in line]
-                name, first = command[0], [*lines, "no reason"][0].strip()
-                raise MissingPartError(
-                    f"The C compiler {name} does not compile the firmware: {first} "
-                    "(R0709)"
-                )
-            with suppress(PermissionError):  # Windows: another process made it
-                new.replace(made)
-    except subprocess.TimeoutExpired:
+            yield Path(folder)
+    except subprocess.TimeoutExpired as error:
         raise MissingPartError(
-            f"The C compiler {command[0]} took longer than {COMPILE_TIMEOUT:g} s for "
-            "the firmware, and was ended. Try it once more. (R0709)"
+            f"{error.cmd[0]} took longer than {COMPILE_TIMEOUT:g} s for the firmware, "
+            f"and was ended. Try it once more{otherwise} (R0709)"
         ) from None
     except OSError as error:
         raise MissingPartError(
-            f"The firmware's library cannot be kept in {made.parent}: "
+            f"The compiled firmware cannot be kept in {made.parent}: "
             f"{error.strerror or error}. (R0709)"
         ) from None
 

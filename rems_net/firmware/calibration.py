@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError
 
+Floats = NDArray[np.float64]
+
 #: us from the middle at which a servo is fastest; from motors.c.
 REACH = 500.0
 #: rad/s. A servo that turns more slowly is in its dead band, or sticks.
@@ -48,8 +50,13 @@ class Servo:
         )
 
 
-def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
-    """Return the servo that fits the measured speeds best.
+def fit(
+    servo: Servo, told: Sequence[float], found: Sequence[float]
+) -> tuple[Servo, Servo, int]:
+    """Return the servo that fits the measured speeds best, and how well it is known.
+
+    That is standard deviations, from the distance of the measured speeds from the
+    fitted line, and their degrees of freedom.
 
     servo: the firmware's model during the measurement. told: commanded speeds [rad/s],
     a few ahead and as many backwards. found: the measured speeds [rad/s]. Raises
@@ -74,7 +81,9 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
         raise ExperimentError(
             "it hardly turns in one direction: is something in its way? (R0712)"
         )
-    rows = _rows(servo, speeds)
+    # One slope, and for each direction where it begins.
+    pulses = np.array([servo.pulse(speed) for speed in speeds])
+    rows = np.column_stack([pulses, ahead, ~ahead]).astype(float)
     line, *_ = np.linalg.lstsq(rows, turned, rcond=None)
     slope = line[0]
     if slope == 0 or (slope > 0) == servo.reversed:
@@ -87,42 +96,28 @@ def fit(servo: Servo, told: Sequence[float], found: Sequence[float]) -> Servo:
             f"a trim of {trim:.0f} us and a dead band of {band:.0f} us are no servo's: "
             "did something hold the robot? (R0712)"
         )
-    return Servo(trim, band, top, servo.reversed)
-
-
-def deviations(
-    servo: Servo, told: Sequence[float], found: Sequence[float]
-) -> tuple[Servo, int]:
-    """Return standard deviations of what `fit` finds, and their degrees of freedom.
-
-    They come from the distance of the measured speeds from the fitted line.
-    """
-    speeds, turned = np.asarray(told, dtype=float), np.asarray(found, dtype=float)
-    moves = np.abs(turned) > STILL
-    rows = _rows(servo, speeds[moves])
-    line, *_ = np.linalg.lstsq(rows, turned[moves], rcond=None)
-    freedom = max(1, int(moves.sum()) - len(line))
-    variance = float(((turned[moves] - rows @ line) ** 2).sum()) / freedom
+    freedom = max(1, len(turned) - len(line))
+    variance = float(((turned - rows @ line) ** 2).sum()) / freedom
     spread = variance * np.linalg.inv(rows.T @ rows)
-    base = np.array(_figures(line, servo.reversed))
+    off = _deviations(line, spread, servo.reversed)
+    return Servo(trim, band, top, servo.reversed), off, freedom
+
+
+def _deviations(line: Floats, spread: Floats, mirrored: bool) -> Servo:
+    """Return deviations of what `_figures` finds, by those of the fitted line."""
+    base = np.array(_figures(line, mirrored))
     steps = 1e-6 * np.maximum(np.abs(line), 1e-6)
     slopes = np.array(
         [
-            (np.array(_figures(line + step, servo.reversed)) - base) / step.max()
+            (np.array(_figures(line + step, mirrored)) - base) / step.max()
             for step in np.diag(steps)
         ]
     )
     trim, band, top = np.sqrt(np.einsum("ik,ij,jk->k", slopes, spread, slopes))
-    return Servo(float(trim), float(band), float(top), servo.reversed), freedom
+    return Servo(float(trim), float(band), float(top), mirrored)
 
 
-def _rows(servo: Servo, speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the equations: one slope, and for each direction where it begins."""
-    pulses, ahead = np.array([servo.pulse(speed) for speed in speeds]), speeds > 0
-    return np.column_stack([pulses, ahead, ~ahead]).astype(float)
-
-
-def _figures(line: NDArray[np.float64], mirrored: bool) -> tuple[float, float, float]:
+def _figures(line: Floats, mirrored: bool) -> tuple[float, float, float]:
     """Return trim and dead band [us], and top speed [rad/s], of a fitted line."""
     slope, one, other = map(float, line)
     starts, ends = -one / slope, -other / slope

@@ -105,9 +105,10 @@ def generate(definition: type[Definition]) -> dict[str, str]:
     }
 
 
-def stale(definition: type[Definition], folder: Path) -> list[Path]:
-    """Return the files in `folder` that differ from what would be generated."""
-    return [path for path, text in _files(definition, folder) if _read(path) != text]
+def stale(definition: type[Definition], folder: Path) -> dict[Path, str]:
+    """Return the files in `folder` that are not as generated, and their new texts."""
+    texts = {folder / name: text for name, text in generate(definition).items()}
+    return {path: text for path, text in texts.items() if _read(path) != text}
 
 
 def write(definition: type[Definition], folder: Path) -> list[Path]:
@@ -117,14 +118,10 @@ def write(definition: type[Definition], folder: Path) -> list[Path]:
             f"{folder} is not the core of a Woodbot's firmware: it has no codec.h."
             " (R0711)"
         )
-    changed = [(p, text) for p, text in _files(definition, folder) if _read(p) != text]
-    for path, text in changed:
+    changed = stale(definition, folder)
+    for path, text in changed.items():
         path.write_bytes(text.encode())  # with LF on every system
-    return [path for path, _ in changed]
-
-
-def _files(definition: type[Definition], folder: Path) -> list[tuple[Path, str]]:
-    return [(folder / name, text) for name, text in generate(definition).items()]
+    return [*changed]
 
 
 def _read(path: Path) -> str:

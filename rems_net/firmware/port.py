@@ -1,9 +1,7 @@
 """Port: the Woodbot as a process over zenoh-pico, if CMake finds zenoh-pico."""
 
 import shutil
-import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +14,8 @@ SOURCES = (
     "posix/CMakeLists.txt",
 )
 NAME = "woodbot-posix"
+#: How to do without it.
+LIBRARY = "rems board emulate ... --library"
 #: Printed if CMake is installed without a build tool: it can't build then.
 NO_TOOL = (
     "CMake finds neither make nor ninja, so each robot runs by the shared library. For "
@@ -42,26 +42,9 @@ def program(tell: Callable[[str], None] = lambda _: None) -> Path | None:
 
 
 def _build(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
-    """Build it in a new folder, and move it; return whether there is a zenoh-pico."""
-    try:
-        return _build_beside(source, made, tell)
-    except subprocess.TimeoutExpired as error:
-        raise MissingPartError(
-            f"{error.cmd[0]} took longer than {build.COMPILE_TIMEOUT:g} s for the "
-            "firmware, and was ended. Try it once more, or without zenoh-pico: "
-            "rems board emulate ... --library (R0709)"
-        ) from None
-    except OSError as error:
-        raise MissingPartError(
-            f"The firmware's program cannot be kept in {made.parent}: "
-            f"{error.strerror or error}. (R0709)"
-        ) from None
-
-
-def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool:
-    made.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".", dir=made.parent) as folder:
-        configured = build.run("cmake", "-S", str(source), "-B", folder)
+    """Build it, and return whether there is a zenoh-pico."""
+    with build.beside(made, f", or without zenoh-pico: {LIBRARY}") as folder:
+        configured = build.run("cmake", "-S", str(source), "-B", str(folder))
         if "zenoh-pico is not installed" in configured.stderr:
             return False
         if "CMAKE_MAKE_PROGRAM is not set" in configured.stderr:
@@ -73,13 +56,12 @@ def _build_beside(source: Path, made: Path, tell: Callable[[str], None]) -> bool
         done = configured
         if configured.returncode == 0:
             tell(build.COMPILING)
-            done = build.run("cmake", "--build", folder)
+            done = build.run("cmake", "--build", str(folder))
         if done.returncode != 0:
             lines = [one.strip() for one in done.stderr.splitlines() if one.strip()]
             raise MissingPartError(
                 "A zenoh-pico is installed, and the Woodbot can't be built over it: "
-                f"{' '.join(lines[1:9])} Without it: rems board emulate ... --library"
-                " (R0709)"
+                f"{' '.join(lines[1:9])} Without it: {LIBRARY} (R0709)"
             )
-        (Path(folder) / NAME).replace(made)
+        (folder / NAME).replace(made)
     return True

@@ -8,8 +8,8 @@ import os
 import platform
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from ctypes import addressof, byref, create_string_buffer, memmove, string_at
 from hashlib import blake2b
 from itertools import count
@@ -139,26 +139,30 @@ class EmulatedRobot:
         self._model.reset, self._restart = ASKED, True
 
 
-class Motors:
-    """The motors' task of all robots of a process, in a thread of its own."""
+@contextmanager
+def running(robots: Sequence[EmulatedRobot]) -> Iterator[None]:
+    """Run robots until the end of the block, with one thread for all their motors."""
+    ended = threading.Event()
 
-    def __init__(self, robots: list[EmulatedRobot]):
-        self._robots = robots
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="motors", daemon=True)
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def end(self) -> None:
-        self._ending.set()
-        self._thread.join()
-
-    def _run(self) -> None:
+    def drive() -> None:
         periodic = Periodic(library.MOTORS_PERIOD / 1000)
-        while periodic.wait(self._ending):
-            for robot in self._robots:
+        while periodic.wait(ended):
+            for robot in robots:
                 robot.drive()
+
+    motors = threading.Thread(target=drive, name="motors", daemon=True)
+    for robot in robots:
+        robot.start()
+    motors.start()
+    try:
+        yield
+    finally:
+        for robot in robots:
+            robot.leave()
+        for robot in robots:
+            robot.end()
+        ended.set()
+        motors.join()
 
 
 def _room(size: int) -> tuple[Any, int]:
@@ -183,16 +187,8 @@ def main(lifeline: Lifeline) -> int:
         print(error, flush=True)
         return WRONG
     sys.setswitchinterval(0.001)  # so that the motors' thread need not wait for others
-    motors = Motors(robots)
-    for robot in robots:
-        robot.start()
-    motors.start()
-    gone.wait()
-    for robot in robots:
-        robot.leave()
-    for robot in robots:
-        robot.end()
-    motors.end()
+    with running(robots):
+        gone.wait()
     return DONE
 
 

@@ -17,7 +17,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.bodies.actuators import Actuators
 from rems_net.defdict import Schema
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.kinematic.swarm import Columns
+from rems_net.drivers.kinematic.swarm import Columns, moved
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.gym.direct import Direct
@@ -192,7 +192,7 @@ class AsColumns:
         state, command = self._as_columns("state"), self._as_columns("command")
         with np.errstate(all="ignore"):  # `table` finds NaN
             for _ in range(self._ticks):
-                state = self._swarm.moved(state, command, self._dt)
+                state = moved(self._swarm.integration, state, command, self._dt)
         table, bad = self._swarm.table("state", state, self._count)
         if bad >= 0:
             raise AgentError(

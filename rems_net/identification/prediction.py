@@ -13,7 +13,7 @@ from rems_net.bodies.actuators import GROUP, driven
 from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.kinematic.swarm import Columns, ahead
+from rems_net.drivers.kinematic.swarm import Columns, ahead, moved
 from rems_net.errors import ExperimentError
 from rems_net.identification.drive import Drive, Floats
 from rems_net.identification.motors import acting
@@ -228,8 +228,16 @@ class Predictor:
         for i in range(segments.steps.shape[1]):
             steps = segments.steps[:, i]
             command = Columns({p: column[..., i] for p, column in commands.items()})
-            count = 1 if self.euler else max(1, round(float(steps.max()) / FINE))
-            state = self._row(robot, integration, state, command, steps, count)
+            fine = max(1, round(float(steps.max()) / FINE))
+            integration.count = 1 if self.euler else fine
+            try:
+                state = moved(integration, state, command, steps)
+            except (TypeError, ValueError) as error:
+                raise ExperimentError(
+                    f"{self.definition.__name__} cannot be computed with arrays "
+                    f"({error}); write its mathematics with the functions of rems_net "
+                    "(cos, sin, hypot) and without `if`. (R0862)"
+                ) from error
             found.append([state[path] for path in segments.read])
         wide = np.array([np.broadcast_arrays(*row, none)[:-1] for row in found])
         return wide.transpose(1, 2, 3, 0)
@@ -275,28 +283,3 @@ class Predictor:
             path: np.array([one[path] for one in found])[:, None, None]
             for path in found[0]
         }
-
-    def _row(
-        self,
-        robot: Kinematic,
-        integration: Integration,
-        state: Columns,
-        command: Columns,
-        steps: Floats,
-        count: int,
-    ) -> Columns:
-        h: Any = steps / count
-        try:
-            for _ in range(count):
-                rates = integration.mean(state, command, h)
-                gone = robot.advanced(state, command, h) if robot.advanced else None
-                state = ahead(state, rates, h)
-                if gone:
-                    state = Columns({**state, **gone})
-        except (TypeError, ValueError) as error:
-            raise ExperimentError(
-                f"{self.definition.__name__} cannot be computed with arrays ({error}); "
-                "write its mathematics with the functions of rems_net (cos, sin, "
-                "hypot) and without `if`. (R0862)"
-            ) from error
-        return state

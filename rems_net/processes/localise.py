@@ -26,7 +26,7 @@ from rems_net.events import warn
 from rems_net.eyes.finder import Finder, Found, Target, mirrored
 from rems_net.eyes.known import Known
 from rems_net.eyes.view import View, turn_of
-from rems_net.kinematics.upright import wrapped
+from rems_net.kinematics.rotation import wrapped
 from rems_net.libraries import look_for
 from rems_net.maths import hypot
 from rems_net.scenes import marking

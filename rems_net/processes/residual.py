@@ -8,6 +8,7 @@ import numpy as np
 
 from rems_net.agents.agent import Process
 from rems_net.agents.ports import In, Out, Settings
+from rems_net.agents.robot import definition_of
 from rems_net.agents.tick import Tick
 from rems_net.defdict import (
     Schema,
@@ -25,7 +26,6 @@ from rems_net.drivers.kinematic.correction import (
     Memory,
     Network,
     Weights,
-    definition_of,
     go,
     limits,
     local,
@@ -150,7 +150,7 @@ class Residual(Process):
         """Return the weights as they are now, for a file."""
         assert self._gate is not None
         return Weights(
-            definition_of(self.model),
+            definition_of(type(self.model)).__name__,
             [*self.model.command.schema.paths],
             self._step,
             self.options.taps,

@@ -83,11 +83,11 @@ def figures(**given: tuple[float, str]) -> Settings:
     )
 
 
-def wheel_speeds(parameters: DefDict) -> Schema:
+def wheel_speeds(parameters: DefDict, name: str = "differential.command") -> Schema:
     """Return the schema of a command to two sides of wheels, positive ahead."""
     top = parameters.max_wheel_speed
     speed = angular_velocity(range=(-top, top))
-    return Schema("differential.command", {"wheel/left": speed, "wheel/right": speed})
+    return Schema(name, {"wheel/left": speed, "wheel/right": speed})
 
 
 class Differential(Definition):
@@ -109,6 +109,8 @@ class Differential(Definition):
     #: loss of speed of a motor at full torque, as a share of full speed: little,
     #: because a loop controls the speed
     droop: ClassVar[float] = 0.01
+    #: the parameter that is the distance between the two sides in a turn
+    turning_track: ClassVar[str] = "track"
     #: whether the state has the angles of the wheels
     angles: ClassVar[bool] = True
     integrator = "euler"  # as in the class's model
@@ -143,20 +145,14 @@ class Differential(Definition):
     def turning(self, command: DefDict) -> Any:
         """Return the rate of the heading, rad/s."""
         p = self.parameters
-        return (
-            p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
-        )
+        faster = command["wheel/right"] - command["wheel/left"]
+        return p.wheel_radius * faster / p[self.turning_track]
 
     def mechanisms(self) -> dict[str, Mechanism]:
         """Return the kinematics of the wheels."""
-        return self.rolling(self.parameters.track)
-
-    def rolling(self, track: float) -> dict[str, Mechanism]:
-        """Return the kinematics of two wheels `track` m apart."""
         p = self.parameters
-        wheels = ("wheel/left", "wheel/right")
-        top = p.max_wheel_speed
-        return {"base": differential(wheels, p.wheel_radius, track, top)}
+        wheels, track = ("wheel/left", "wheel/right"), p[self.turning_track]
+        return {"base": differential(wheels, p.wheel_radius, track, p.max_wheel_speed)}
 
     def measure(self, state: DefDict, command: DefDict) -> dict[str, Any]:
         """Return the sensors' values in this state, without noise."""

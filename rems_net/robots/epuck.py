@@ -34,33 +34,22 @@ PROXIMITY = (
     (0.022, 0.025),
     (0.030, 0.010),
 )
-#: counts of these sensors, by distance in m; Webots has fractions, a converter none
-COUNTS = (
-    (4095, 0.0),
-    (2133, 0.005),
-    (1466, 0.01),
-    (601, 0.015),
-    (384, 0.02),
-    (235, 0.03),
-    (158, 0.04),
-    (120, 0.05),
-    (104, 0.06),
-    (67, 0.07),
+#: of these sensors in Webots: counts, the distance in m, and the standard deviation of
+#: the counts as a share of them; Webots has fractions of counts, a converter none
+TABLE = (
+    (4095, 0.0, 0.002),
+    (2133, 0.005, 0.003),
+    (1466, 0.01, 0.007),
+    (601, 0.015, 0.0406),
+    (384, 0.02, 0.01472),
+    (235, 0.03, 0.0241),
+    (158, 0.04, 0.0287),
+    (120, 0.05, 0.04225),
+    (104, 0.06, 0.03065),
+    (67, 0.07, 0.04897),
 )
-REACH = COUNTS[-1][1]
-#: standard deviation of each of these counts, as a share of it; Webots
-SHARES = (
-    0.002,
-    0.003,
-    0.007,
-    0.0406,
-    0.01472,
-    0.0241,
-    0.0287,
-    0.04225,
-    0.03065,
-    0.04897,
-)
+COUNTS = tuple((counts, distance) for counts, distance, _ in TABLE)
+REACH = TABLE[-1][1]
 
 
 def _proximity(number: int) -> Ray:
@@ -72,9 +61,9 @@ def _proximity(number: int) -> Ray:
 
 def _spreads() -> Iterator[tuple[float, float]]:
     """Yield a distance, and the standard deviation of its measurement, m."""
-    last = len(COUNTS) - 1
-    for n, ((told, distance), share) in enumerate(zip(COUNTS, SHARES, strict=True)):
-        (more, near), (less, far) = COUNTS[max(n - 1, 0)], COUNTS[min(n + 1, last)]
+    last = len(TABLE) - 1
+    for n, (told, distance, share) in enumerate(TABLE):
+        (more, near, _), (less, far, _) = TABLE[max(n - 1, 0)], TABLE[min(n + 1, last)]
         yield distance, share * told * (far - near) / (more - less)
 
 

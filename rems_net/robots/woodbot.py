@@ -1,5 +1,6 @@
 """Woodbot: two servo wheels and a tail under a wooden board, as built in class."""
 
+from functools import partial
 from typing import Any
 
 from rems_net.agents.ports import In, Out, Settings
@@ -27,7 +28,7 @@ from rems_net.defdict import (
     torque,
 )
 from rems_net.maths import sincos
-from rems_net.robots.differential import Differential
+from rems_net.robots.differential import Differential, wheel_speeds
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import to_wall
 
@@ -40,13 +41,6 @@ LOAD_HEIGHT = 0.0063
 TAIL_TIP = 0.0030
 TAIL_MASS = 0.001
 SENSOR_HEIGHT = 0.0063
-
-
-def wheel_speeds(parameters: DefDict) -> Schema:
-    """Return the schema of a command to two wheels, positive ahead."""
-    top = parameters.max_wheel_speed
-    speed = angular_velocity(range=(-top, top))
-    return Schema("woodbot.command", {"wheel": {"left": speed, "right": speed}})
 
 
 class Woodbot(Differential):
@@ -97,7 +91,7 @@ class Woodbot(Differential):
         actuation=actuation("wheel/left", "wheel/right"),
     )
 
-    command = In(wheel_speeds)
+    command = In(partial(wheel_speeds, name="woodbot.command"))
     state = Out(Schema("woodbot.state", pose("the middle of the axle")))
     sensors = Out(
         Schema(

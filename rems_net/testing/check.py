@@ -19,21 +19,23 @@ from rems_net.testing.report import Outcome, Report
 from rems_net.testing.subject import Subject
 
 Check = Callable[[Subject, Outcome], None]
-#: In this order. If one of the first two fails, the rest are skipped.
-FIRST: tuple[Check, ...] = (built, opens)
-REST: tuple[Check, ...] = (
-    drives,
-    senses,
-    resets,
-    stops,
-    refuses,
-    closes,
-    again,
-    shares,
-    agrees,
-)
-#: These take some seconds: they run real processes on a fabric.
-LAST: tuple[Check, ...] = (processes,)
+#: In this order; the behaviour that is expected of each, if an exception came instead.
+CHECKS: dict[Check, str] = {
+    built: "a robot that can be built from its name and its settings",
+    opens: "open() that returns",
+    drives: "drive(command, dt) that obeys every command of its schema",
+    senses: "sense() that brings state and sensors up to date",
+    resets: "reset() that brings it back to where it began",
+    stops: "a robot that obeys its safe command when no command comes",
+    refuses: "a wrong command or setting to be refused, and nothing else to happen",
+    closes: "close() that returns, also twice, and before open()",
+    again: "another one that opens after the first was closed",
+    shares: "two of them in one process",
+    agrees: "the same motion as its own mathematics, in slow motion",
+    processes: "a run in a process of its own, and in a process with another one",
+}
+#: If one of these fails, the rest are skipped.
+FIRST = (built, opens)
 
 
 def check_robot(
@@ -95,7 +97,7 @@ def examine(
             "room. Then allow it: moves=True, or rems check ... --moves (R0912)"
         )
     why, known = "", dict[str, str]()
-    for check in (*FIRST, *_chosen(only, alone)):
+    for check in _chosen(only, alone):
         outcome = Outcome(check.__name__, skipped=why)
         if not why:
             ended = _look(check, subject, outcome)
@@ -106,16 +108,21 @@ def examine(
 
 
 def _chosen(only: Collection[str], alone: bool) -> list[Check]:
-    """Return the checks after the first ones; raise ExperimentError if unknown."""
-    every = {check.__name__: check for check in (*FIRST, *REST, *LAST)}
+    """Return the first checks and those asked for. Raises ExperimentError if unknown.
+
+    alone: without the one that takes some seconds, for real processes on a fabric
+    """
+    every = {check.__name__: check for check in CHECKS}
     for name in only:
         if name not in every:
             raise ExperimentError(
                 f"There is no check {name!r}; there is {', '.join(every)}."
                 f"{nearest(name, every)} (R0912)"
             )
-    chosen = (*REST, *(() if alone else LAST))
-    return [check for check in chosen if not only or check.__name__ in only]
+    if alone:
+        del every["processes"]
+    wanted = only or every
+    return [check for name, check in every.items() if check in FIRST or name in wanted]
 
 
 def _pass_over(outcome: Outcome, known: dict[str, str]) -> None:
@@ -140,26 +147,9 @@ def _look(check: Check, subject: Subject, outcome: Outcome) -> bool:
     except Exception as error:
         ours = isinstance(error, RemsError)
         outcome.wrong(
-            expected=EXPECTED[outcome.name],
+            expected=CHECKS[check],
             came=str(error) if ours else f"{type(error).__name__}: {error}",
             where=lines.raised(error) or ("" if ours else describe(error)),
             type="" if ours else "mend that line, and check again",
         )
         return False
-
-
-#: Expected behaviour, by check, if an exception came instead.
-EXPECTED = {
-    "built": "a robot that can be built from its name and its settings",
-    "opens": "open() that returns",
-    "drives": "drive(command, dt) that obeys every command of its schema",
-    "senses": "sense() that brings state and sensors up to date",
-    "resets": "reset() that brings it back to where it began",
-    "stops": "a robot that obeys its safe command when no command comes",
-    "refuses": "a wrong command or setting to be refused, and nothing else to happen",
-    "closes": "close() that returns, also twice, and before open()",
-    "again": "another one that opens after the first was closed",
-    "shares": "two of them in one process",
-    "agrees": "the same motion as its own mathematics, in slow motion",
-    "processes": "a run in a process of its own, and in a process with another one",
-}

@@ -15,7 +15,7 @@ from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.errors import SchemaError
-from rems_net.robots.epuck import COUNTED, COUNTS, SHARES, Epuck
+from rems_net.robots.epuck import COUNTED, TABLE, Epuck
 from rems_net.robots.woodbot import Woodbot
 from tests.drivers.physics.test_physics import needs
 from tests.robots.gallery import made
@@ -87,7 +87,7 @@ def test_what_an_epuck_counts_is_off_by_its_share() -> None:
     """Told in metres and counted again, the noise is what Webots has of the counts."""
     schema, path = Epuck.sensors.schema, "proximity/0"
     noisy = Noisy(schema, Epuck().noise(), "1")
-    for (counts, at), share in list(zip(COUNTS, SHARES, strict=True))[1:-1]:
+    for counts, at, share in TABLE[1:-1]:
         found = []
         for _ in range(300):
             sensors = schema({path: at})

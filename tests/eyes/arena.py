@@ -17,7 +17,7 @@ from rems_net.drivers.physics.pictures.optics import Chip, distorted, ideal
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.eyes.finder import Finder, Target
 from rems_net.eyes.view import View, turn_of
-from rems_net.kinematics.upright import wrapped
+from rems_net.kinematics.rotation import wrapped
 from rems_net.robots.eyes.camera import Camera
 from rems_net.scenes.scene import Scene
 from tests.drivers.physics.eyes import Engine, why_not

@@ -14,7 +14,7 @@ from rems_net.errors import SchemaError
 from rems_net.eyes.place import angles, place_of
 from rems_net.eyes.plane import corners, sight
 from rems_net.eyes.view import View, turn_of
-from rems_net.kinematics.upright import wrapped
+from rems_net.kinematics.rotation import wrapped
 
 SMALL = st.floats(-0.3, 0.3)
 

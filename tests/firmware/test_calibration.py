@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given, strategies as st
 
 from rems_net.errors import ExperimentError
-from rems_net.firmware.calibration import Servo, deviations, fit
+from rems_net.firmware.calibration import Servo, fit
 from rems_net.identification.intervals import student
 
 SHARES = [sign * share for share in (0.2, 0.35, 0.5) for sign in (1, -1)]
@@ -40,7 +40,7 @@ def test_a_servo_is_found_again(true: Servo, believed: Servo) -> None:
     found = [turns(true, believed.pulse(speed)) for speed in told]
     moves = [speed for speed in found if abs(speed) > 0.2]
     assume(len(moves) >= 3 and min(moves) < 0 < max(moves))
-    made = fit(believed, told, found)
+    made, _, _ = fit(believed, told, found)
     assert made.trim == pytest.approx(true.trim, abs=1e-6)
     assert made.dead_band == pytest.approx(true.dead_band, abs=1e-6)
     assert made.top_speed == pytest.approx(true.top_speed)
@@ -55,8 +55,7 @@ def test_intervals_hold_the_truth(mirrored: bool) -> None:
     random, held, runs = Random(7), Counter[str](), 400
     for _ in range(runs):
         found = [turns(true, believed.pulse(s)) + random.gauss(0, 0.02) for s in told]
-        made = fit(believed, told, found)
-        spread, freedom = deviations(believed, told, found)
+        made, spread, freedom = fit(believed, told, found)
         for name in ("trim", "dead_band", "top_speed"):
             off = abs(getattr(made, name) - getattr(true, name))
             held[name] += off <= student(freedom) * getattr(spread, name)

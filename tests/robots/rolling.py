@@ -12,7 +12,8 @@ from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.robots.differential import Differential
 from rems_net.robots.moose import Moose
-from rems_net.robots.skid_steered import SkidSteered, skidding
+from rems_net.robots.skid_steered import SkidSteered
+from tests.robots.skidding import skidding, touching
 from tests.robots.test_differential import ROBOTS
 
 ENGINES: dict[str, type[Driver]] = {"MuJoCo": Mujoco, "PyBullet": Pybullet}
@@ -69,7 +70,7 @@ def behind(kind: type[SkidSteered], eases: float, h: float = 1e-4) -> float:
         for part in joint.parts
     ]
     inertia = lump([*body.parts, *links]).inertia[2, 2]
-    touch = robot.touching()
+    touch = touching(robot)
     load = p.wheel_friction * p.mass * -GRAVITY / (2 * len(touch))
     turning = heading = told = worst = 0.0
     for n in range(round(4 * eases / h)):
@@ -110,7 +111,7 @@ def main() -> None:
     for kind in ROBOTS:
         if not issubclass(kind, SkidSteered):
             continue
-        p, by_friction = kind("r").parameters, skidding(kind("r").touching())
+        p, by_friction = kind("r").parameters, skidding(touching(kind("r")))
         top = 0.1 * p.max_wheel_speed
         for name, engine in ENGINES.items():
             for heading in (0.0, pi / 4):

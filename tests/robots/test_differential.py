@@ -19,9 +19,10 @@ from rems_net.robots.epuck import COUNTED, Epuck
 from rems_net.robots.moose import Moose
 from rems_net.robots.pioneer import Pioneer3AT, Pioneer3DX
 from rems_net.robots.sensing import read, sensed
-from rems_net.robots.skid_steered import SkidSteered, skidding
+from rems_net.robots.skid_steered import SkidSteered
 from tests.drivers.physics.test_physics import ENGINES
 from tests.robots.moving import running
+from tests.robots.skidding import skidding, touching
 
 ROBOTS: list[type[Differential]] = [Create2, Dynabot, Epuck, Pioneer3DX]
 ROBOTS += [Pioneer3AT, Moose]
@@ -171,11 +172,11 @@ def test_what_skids() -> None:
     thin = w + length**2 / w
     assert skidding(corners) == pytest.approx(thin)
     at = Pioneer3AT("r")
-    assert skidding(at.touching()) == pytest.approx(thin)
+    assert skidding(touching(at)) == pytest.approx(thin)
     assert at.parameters.effective_track == pytest.approx(thin, rel=0.03)
     moose = Moose("r")
     told = moose.parameters.effective_track
-    assert told == pytest.approx(skidding(moose.touching()), abs=5e-4)
+    assert told == pytest.approx(skidding(touching(moose)), abs=5e-4)
 
 
 @pytest.mark.parametrize("kind", [Pioneer3AT, Moose])

@@ -14,7 +14,7 @@ from rems_net.agents.host.inbox import Inbox
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.outlet import CROWD, Outlet, Outlets
 from rems_net.agents.protocol.messages import answer_call
-from rems_net.agents.robot import Definition, Driver, Robot
+from rems_net.agents.robot import Robot, definition_of
 from rems_net.agents.runtime import Guard, runtime
 from rems_net.defdict import Field
 from rems_net.engine.engine import Engine
@@ -249,8 +249,7 @@ def made_of(cls: type) -> tuple[str, str]:
     For a robot that is `Cart` and `Kinematic`, the class is Cart.
     """
     if cls not in _made:
-        bases = (b for b in cls.__mro__ if not issubclass(b, Driver))
-        of = next((b for b in bases if issubclass(b, Definition)), cls)
+        of = definition_of(cls)
         try:
             source = inspect.getsource(of)
         except (OSError, TypeError):  # the source is in no file, or the file is gone

@@ -12,7 +12,7 @@ from rems_net.cli.board.bench import SIDES, Bench, mean
 from rems_net.cli.options import add_at, console, plain_table, warn
 from rems_net.client import join
 from rems_net.errors import AgentError, ExperimentError, FabricError
-from rems_net.firmware.calibration import Servo, deviations, fit
+from rems_net.firmware.calibration import Servo, fit
 from rems_net.identification.intervals import student
 
 EXAMPLES = """\
@@ -200,10 +200,9 @@ def _fit(bench: Bench, side: str, servo: Servo, bias: float) -> tuple[Servo, Ser
         found.append(lever * rate)
     bench.stand()
     try:
-        fitted = fit(servo, told, found)
+        fitted, spread, freedom = fit(servo, told, found)
     except ExperimentError as error:
         raise ExperimentError(f"The {side} wheel: {error}") from None
-    spread, freedom = deviations(servo, told, found)
     return fitted, spread.times(student(freedom))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rems_net.agents.diagnosis import describe, where
 from rems_net.agents.runtime import runtime
@@ -26,6 +26,7 @@ HELD = 2.0
 TRIES = 3
 
 Readings = Mapping[str, Mapping[str, Any]]
+Result = TypeVar("Result")
 
 
 class Reading(NamedTuple):
@@ -151,10 +152,7 @@ class DeviceThread(Thread):
             raise OSError(f"an exchange took {lasted:.1f} s")
 
     def _exchange(self, command: DefDict) -> Readings | None:
-        readings: Readings | None = self._do(
-            "exchange()", lambda: self.device.exchange(command)
-        )
-        return readings
+        return self._do("exchange()", lambda: self.device.exchange(command))
 
     def _take(self, readings: Readings | None) -> None:
         """Keep the readings. Raises a RemsError that names what does not fit."""
@@ -259,7 +257,7 @@ class DeviceThread(Thread):
             Event().wait(self.periodic.period)
         self.note(f"did not confirm its last, safe command: {why}")
 
-    def _do(self, name: str, call: Callable[[], Any]) -> Any:
+    def _do(self, name: str, call: Callable[[], Result]) -> Result:
         self.call = Call(name, wall())
         try:
             return call()

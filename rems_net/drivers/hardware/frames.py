@@ -19,7 +19,7 @@ class Kind(IntEnum):
     """The first byte of a frame; its length and payload follow."""
 
     TOKEN = 0  #: holder to host: the secret that it was started with
-    OPEN = 1  #: to holder: JSON, the arguments of `open_port`
+    OPEN = 1  #: to holder: JSON, its kind and its arguments
     OPENED = 2  #: to host: the port is open
     REFUSED = 3  #: to host: JSON, [errno, why] the port cannot be opened
     ARM = 4  #: to holder: max_age, the length of halt, halt, farewell

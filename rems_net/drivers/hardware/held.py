@@ -68,7 +68,7 @@ class Held:
             self._frames = self._meet(door, token)
 
     def open(self, kind: str, **given: Any) -> None:
-        """Open the port as `holder.open_port` does. Raises its OSError."""
+        """Open the port, by one of the holder's KINDS. Raises its OSError."""
         self.start()
         self._send(Kind.OPEN, json.dumps({"kind": kind, **given}).encode())
         until = wall() + given.get("seconds", 0.0) + OPENING
@@ -130,7 +130,7 @@ class Held:
 
     def _send(self, kind: Kind, payload: bytes = b"") -> None:
         if self._frames is None:
-            raise OSError(errno.EPIPE, "the process that holds the port has ended")
+            raise self._lost()
         self._frames.link.settimeout(SENDING)
         try:
             self._frames.send(kind, payload)
@@ -140,7 +140,7 @@ class Held:
     def _receive(self, seconds: float) -> tuple[Kind, bytes] | None:
         """Return the next frame; None if none comes in time. Raises OSError."""
         if self._frames is None:
-            raise OSError(errno.EPIPE, "the process that holds the port has ended")
+            raise self._lost()
         self._frames.link.settimeout(max(0.0, seconds))
         try:
             return self._frames.receive()

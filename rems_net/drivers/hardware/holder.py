@@ -24,7 +24,7 @@ from threading import Event, RLock, Thread, Timer
 from typing import Any
 
 from rems_net.agents.wall import wall
-from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
+from rems_net.drivers.hardware.frames import ARM, CHUNK, STAMP, Frames, Kind
 
 #: s. Between two halts to a robot whose host is silent: one may be damaged on its way
 AGAIN = 0.1
@@ -36,8 +36,6 @@ TRIES, PAUSE = 3, 0.02
 LEAVE = 0.9
 #: s. A socket that accepts no bytes for this long counts as broken
 SENDING = 0.25
-#: bytes of a read from a socket
-CHUNK = 4096
 
 
 class SerialPort:
@@ -107,11 +105,7 @@ class SocketPort:
 
 #: One thread reads it, another one does the rest.
 Port = SerialPort | SocketPort
-
-
-def open_port(kind: str, **given: Any) -> Port:
-    """Open a port: `serial` or `socket`, with the arguments of its class."""
-    return SerialPort(**given) if kind == "serial" else SocketPort(**given)
+KINDS: dict[str, Callable[..., Port]] = {"serial": SerialPort, "socket": SocketPort}
 
 
 class Holder:
@@ -188,7 +182,7 @@ class Holder:
     def _open(self, given: dict[str, Any]) -> None:
         self._close()
         try:
-            port = open_port(**given)
+            port = KINDS[given.pop("kind")](**given)
         except Exception as error:
             self.host.send(Kind.REFUSED, _reason(error))
             return

@@ -1,10 +1,15 @@
 """Odometry: a robot's pose from the counts of its two wheels' encoders."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from math import pi
-from typing import Any
+from typing import Any, ClassVar
 
+from rems_net.drivers.hardware.driven import Driven
+from rems_net.drivers.needs import missing
 from rems_net.maths import sincos
+
+#: fields that a definition of a robot with such wheels has
+NEEDED = ("wheel/left", "wheel/right", "wheel_radius", "track", "x", "y", "heading")
 
 
 class Odometer:
@@ -62,6 +67,44 @@ class Odometer:
         return ((after - before + half) % self._wrap - half) * self._count
 
 
-def only(found: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
-    """Return those of the fields that a definition has."""
-    return {path: found[path] for path in paths if path in found}
+class Rolling(Driven):
+    """Base of drivers of two wheels, whose encoders give the pose of the robot.
+
+    counts, wrap: see Odometer.  fits: a definition for it
+    """
+
+    counts: ClassVar[float]
+    wrap: ClassVar[int]
+    fits: ClassVar[str]
+
+    _path: Odometer
+
+    def prepare(self) -> None:
+        """Check that the definition has two wheels and a pose."""
+        slots = type(self).command, type(self).state
+        schemas = [slot.schema_for(self.parameters) for slot in slots]
+        schemas.append(self.parameters.schema)
+        has = {path for one in schemas if one for path in one.paths}
+        if lacks := [path for path in NEEDED if path not in has]:
+            example = f'take the definition "{self.fits}", or inherit from it'
+            raise missing(self, ", ".join(lacks), "two wheels' odometry", example)
+        super().prepare()
+
+    def rewind(self) -> None:
+        """Set the odometry to the initial pose; the robot itself does not move."""
+        super().rewind()
+        x, y, heading = (self.state[path] for path in ("x", "y", "heading"))
+        if "_path" not in self.__dict__:
+            p = self.parameters
+            self._path = Odometer(p.wheel_radius, p.track, self.counts, self.wrap)
+        self.perform(lambda: self._path.place(x, y, heading))
+
+    def rolled(self, sensors: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+        """Return state and sensors by port: those fields that the definition has."""
+        found = {"state": self._path.state(), "sensors": sensors}
+        has = self.published()
+        return {
+            port: {path: read[path] for path in has[port].paths if path in read}
+            for port, read in found.items()
+            if port in has
+        }

@@ -41,6 +41,8 @@ def ports() -> list[Port]:
 
 def refusal(device: str, error: Exception) -> str:
     """Return why a port could not be opened, and what to do, in sentences."""
+    if not isinstance(error, OSError | ValueError):
+        error = OSError(*error.args)  # termios.error: it disappeared meanwhile
     number = getattr(error, "errno", None)
     # pyserial gives no number on Windows, nor if it could not lock the port.
     said = str(error)

@@ -81,12 +81,8 @@ class SerialDriven(Driven):
                     write_timeout=writing,
                     exclusive=True,
                 )
-        except (OSError, ValueError) as error:
-            raise NoDeviceError(refusal(self.options.port, error)) from error
-        except Exception as error:
-            # A port that disappears meanwhile: termios.error, which is no OSError.
-            gone = OSError(*error.args)
-            raise NoDeviceError(refusal(self.options.port, gone)) from error
+        except Exception as error:  # also termios.error, which is no OSError
+            raise NoDeviceError(refusal(port, error)) from error
 
     def disconnect(self) -> None:
         """Close the port, and discard bytes that were not sent yet."""

@@ -38,13 +38,6 @@ class Message(NamedTuple):
     data: bytes
 
 
-def reach(address: tuple[str, int], timeout: float) -> socket.socket:
-    """Connect to a server. Raises OSError."""
-    link = socket.create_connection(address, timeout)
-    link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return link
-
-
 def framed(data: bytes) -> bytes:
     """Return one binary message of a client as the bytes of its frame."""
     frames = load("websockets.frames", EXTRA)
@@ -67,7 +60,7 @@ class WebSocket:
         cls,
         url: str,
         seconds: float,
-        reach: "Callable[[tuple[str, int], float], Link]" = reach,
+        reach: "Callable[[tuple[str, int], float], Link]",
     ) -> Self:
         """Connect to a server. Raises OSError if there is none, or no WebSocket.
 

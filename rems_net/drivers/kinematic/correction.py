@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rems_net.agents.robot import Definition, Driver
+from rems_net.agents.robot import definition_of
 from rems_net.defdict import DefDict, Schema
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError, SchemaError
@@ -267,15 +267,10 @@ def local(before: Sequence[float], after: Sequence[float]) -> tuple[float, ...]:
     return x * c + y * s, y * c - x * s, after[2] - before[2]
 
 
-def definition_of(robot: "Kinematic") -> str:
-    """Return the name of the robot's definition."""
-    parts = (part for part in type(robot).__mro__ if issubclass(part, Definition))
-    return next(part.__name__ for part in parts if not issubclass(part, Driver))
-
-
 def _check(robot: "Kinematic", saved: Weights, path: Path) -> None:
     """Raise ExperimentError for weights of another definition or other parameters."""
-    ours, commands = definition_of(robot), list(robot.command.schema.paths)
+    ours = definition_of(type(robot)).__name__
+    commands = list(robot.command.schema.paths)
     if (saved.definition, saved.commands) != (ours, commands):
         raise ExperimentError(
             f"{path.name} has weights for a {saved.definition} with the command "

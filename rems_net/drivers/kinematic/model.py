@@ -19,7 +19,7 @@ from rems_net.maths import sincos
 Values = Mapping[str, Any]
 #: velocity ahead and to the left, m/s, and turning, rad/s
 Motion = tuple[Any, Any, Any]
-#: fields of a robot's pose, for accelerometers, with their units
+#: fields of a robot's pose, with their units
 POSE = {"x": "m", "y": "m", "heading": "rad"}
 
 

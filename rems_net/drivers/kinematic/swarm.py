@@ -77,25 +77,13 @@ class Swarm:
         first, integration = self.first, self.integration
         if not integration.told:
             self._compare(state, command, tick.dt / integration.count, tick.dt)
-        state = self.moved(state, command, tick.dt)
+        state = moved(integration, state, command, tick.dt)
         self._scatter("state", state, tick.dt)
         if first.read is not None:
             sensors = first.read(state, command)
             if first.accelerometers:
                 sensors = {**self._feel(state, command, tick.dt), **sensors}
             self._scatter("sensors", sensors, tick.dt)
-
-    def moved(self, state: Columns, command: Columns, dt: float) -> Columns:
-        """Return the state after `dt` seconds of the command."""
-        first, integration = self.first, self.integration
-        h = dt / integration.count
-        for _ in range(integration.count):
-            mean = integration.mean(state, command, h)
-            gone = first.advanced(state, command, h) if first.advanced else None
-            state = ahead(state, mean, h)
-            if gone:
-                state = Columns({**state, **gone})
-        return state
 
     def _compare(self, state: Columns, command: Columns, h: float, dt: float) -> None:
         """Warn, once for the swarm, if steps are too long for one of its robots."""
@@ -163,6 +151,20 @@ def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
     # One row of memory for each field: the same vector code for every swarm.
     columns = np.ascontiguousarray(gather(values).T)
     return Columns(zip(schema.paths, columns, strict=True))
+
+
+def moved(
+    integration: Integration, state: Columns, command: Columns, dt: Any
+) -> Columns:
+    """Return the state after `dt` seconds of the command; `dt` may be an array."""
+    robot, h = integration.robot, dt / integration.count
+    for _ in range(integration.count):
+        mean = integration.mean(state, command, h)
+        gone = robot.advanced(state, command, h) if robot.advanced else None
+        state = ahead(state, mean, h)
+        if gone:
+            state = Columns({**state, **gone})
+    return state
 
 
 def ahead(state: Columns, rates: Mapping[str, Any], h: float) -> Columns:

@@ -11,8 +11,8 @@ from rems_net.bodies.body import Body, Box, Embodied
 from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Array
 from rems_net.defdict import DefDict
-from rems_net.drivers.kinematic.model import Model
-from rems_net.drivers.needs import missing
+from rems_net.drivers.kinematic.model import POSE, Model
+from rems_net.drivers.needs import BODY, missing
 from rems_net.errors import SchemaError
 from rems_net.maths import hypot
 from rems_net.scenes import outline, rays
@@ -23,12 +23,11 @@ from rems_net.scenes.outline import (
     check_free,
     check_places,
 )
-from rems_net.scenes.rays import Look, Solid
+from rems_net.scenes.rays import Look
 from rems_net.scenes.scene import Scene
 
 #: halvings of the way to an obstacle: to a millionth of a step
 HALVINGS = 20
-PATHS = ("x", "y", "heading")
 
 
 class KinematicWorld:
@@ -64,7 +63,7 @@ class KinematicWorld:
             if after != before:
                 pose = self._stopped(number, before, after)
                 if pose != after:
-                    robot.state.update(dict(zip(PATHS, pose, strict=True)))
+                    robot.state.update(dict(zip(POSE, pose, strict=True)))
                     robot.halt()
 
     def _stopped(self, number: int, before: Pose, after: Pose) -> Pose:
@@ -94,10 +93,8 @@ class KinematicWorld:
         """Return the values of the rays and switches of a robot's body, by sensor."""
         number = self.robots.index(robot)
         body = self._bodies[number]
-        solids = self._around(number)
-        solids += [solid for one in self.scene.ghosts for solid in one.stands()]
         place = rays.stand(_pose(robot), body.height)
-        return rays.sensed(body, *place, self._look(solids))
+        return rays.sensed(body, *place, self._past(robot=number))
 
     def follow(self, number: int, pose: Pose | None) -> list[str]:
         """Put a ghost to a pose; return the keys of robots that it is inside of."""
@@ -105,22 +102,19 @@ class KinematicWorld:
 
     def look(self, number: int) -> dict[str, float | bool]:
         """Return the values of the rays and switches of a ghost, by sensor."""
-        ghost = self.scene.ghosts[number]
-        solids = self._around()
-        others = (one for one in self.scene.ghosts if one is not ghost)
-        solids += [solid for one in others for solid in one.stands()]
-        return ghost.sensed(self._look(solids))
+        return self.scene.ghosts[number].sensed(self._past(ghost=number))
 
-    def _around(self, *numbers: int) -> list[Solid]:
-        """Return things that are no boxes, and the solids of robots except these."""
+    def _past(self, robot: int = -1, ghost: int = -1) -> Look:
+        """Return a function that measures rays, which pass through one of them."""
         solids = [*self._others]
         for other, one in enumerate(self.robots):
-            if other not in numbers:
+            if other != robot:
                 place = rays.stand(_pose(one), self._bodies[other].height)
                 solids += [solid.moved(*place) for solid in self._solids[other]]
-        return solids
+        for other, shade in enumerate(self.scene.ghosts):
+            if other != ghost:
+                solids += shade.stands()
 
-    def _look(self, solids: Sequence[Solid]) -> Look:
         def look(start: Array, ahead: Array, reach: float) -> float:
             still = self._boxes.distance(start, ahead)
             return min(still, rays.distance(start, ahead, solids))
@@ -147,9 +141,8 @@ class KinematicWorld:
         bodies = [self._outlines[number] for number in numbers]
         starts = [_start(robot, robot.begins()) for robot in robots]
         check_places([robot.key for robot in robots], bodies, starts, self.scene)
-        for robot, number in zip(robots, numbers, strict=True):
-            start = _start(robot, robot.begins())
-            check_free(robot.key, self._outlines[number], start, others)
+        for robot, body, start in zip(robots, bodies, starts, strict=True):
+            check_free(robot.key, body, start, others)
         for robot in robots:
             robot.rewind()
         for robot in robots:  # only now do all robots stand where others sense them
@@ -164,17 +157,11 @@ class KinematicWorld:
 
 def _body(robot: Robot) -> Body:
     if not isinstance(robot, Embodied):
-        raise missing(
-            robot,
-            "body()",
-            "what walls are to stop",
-            "def body(self):\n"
-            "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
-        )
+        raise missing(robot, "body()", "what walls are to stop", BODY)
     schema = robot.state.schema
-    units = [getattr(schema.find(path), "unit", None) for path in PATHS]
+    units = [getattr(schema.find(path), "unit", None) for path in POSE]
     body = built(robot.body())
-    if units != ["m", "m", "rad"] and not body.fixed:
+    if units != [*POSE.values()] and not body.fixed:
         raise SchemaError(
             f"{robot.key}: a world needs x and y of the state in m and heading in rad; "
             f"{schema.name} has {', '.join(schema.paths)}. (R0306)"

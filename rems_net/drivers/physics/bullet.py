@@ -54,8 +54,10 @@ class Instance:
     def __init__(self, bullet: Any, call: Call, body: Body, x: float, met: int):
         self._bullet, self._call, self._met = bullet, call, met
         self._robot, self._joints = add_body(bullet, call, body)
+        #: Bullet's numbers of the base and the links
+        self._links = range(BASE, call("getNumJoints", self._robot))
         if met != WORLD:
-            for number in range(BASE, call("getNumJoints", self._robot)):
+            for number in self._links:
                 call("setCollisionFilterGroupMask", self._robot, number, ROBOT, met)
         tree = Tree(body)
         self._motors = [self._joints[n] for n in tree.motors]
@@ -129,7 +131,7 @@ class Instance:
 
     def let_touch(self, bodies: Sequence[int], *, touch: bool) -> None:
         """Set whether other bodies can touch this one."""
-        for number in range(BASE, self._call("getNumJoints", self._robot)):
+        for number in self._links:
             for body in bodies:
                 # Another group would count only for bodies that are not near yet.
                 pair = self._robot, body, number, BASE, int(touch)
@@ -154,9 +156,7 @@ class Instance:
 
     def paint(self, body: Body, colour: Colour) -> None:
         """Give the body a colour, and its wheels the colour of wheels."""
-        links = dict.fromkeys(
-            range(BASE, self._call("getNumJoints", self._robot)), colour
-        )
+        links = dict.fromkeys(self._links, colour)
         for first, link in zip(self._joints, Tree(body).links, strict=True):
             if is_wheel(link.joint):
                 # Each part is a link of its own; a file's link has all its parts.

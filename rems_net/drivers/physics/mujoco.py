@@ -8,13 +8,12 @@ import numpy as np
 
 from rems_net.bodies.body import Array, Body
 from rems_net.bodies.files.mjcf import check
-from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import AWAY, Aim
 from rems_net.drivers.physics.mjcf import WORLD
 from rems_net.drivers.physics.physics import Physics
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.painter import Painter, look_for_renderer
-from rems_net.drivers.physics.pictures.signs import Sign, signs
+from rems_net.drivers.physics.pictures.signs import signs
 from rems_net.drivers.physics.scenery import ROBOTS, compiled, names
 from rems_net.drivers.physics.world import PhysicsWorld
 from rems_net.libraries import load
@@ -38,14 +37,7 @@ class Mujoco(Physics):
 
     def build(self, bodies: Sequence[Body], scene: Scene) -> "_Engine":
         """Translate the bodies and the scene into a MuJoCo model."""
-        mujoco = load("mujoco", "mujoco")
-        model = compiled(mujoco, bodies, scene)
-        before = ROBOTS if scene.mjcf else ""
-        prefixes = [f"{before}{number}/" for number in range(len(bodies))]
-        ghosts = [f"{before}ghost/{number}" for number in range(len(scene.ghosts))]
-        seen = [*cameras(bodies)]
-        signed = signs(model, bodies, scene, before) if seen else []
-        return _Engine(mujoco, model, prefixes, names(scene), seen, signed, ghosts)
+        return _Engine(load("mujoco", "mujoco"), bodies, scene)
 
     def look_for_renderer(self) -> None:
         """Raise MissingPartError if MuJoCo cannot draw cameras' pictures here."""
@@ -69,16 +61,11 @@ class Mujoco(Physics):
 
 
 class _Engine:
-    def __init__(
-        self,
-        mujoco: Any,
-        model: Any,
-        prefixes: Sequence[str],
-        names: Sequence[str],
-        cameras: Sequence[Camera],
-        signs: Sequence[Sign],
-        ghosts: Sequence[str],
-    ):
+    def __init__(self, mujoco: Any, bodies: Sequence[Body], scene: Scene):
+        model = compiled(mujoco, bodies, scene)
+        before = ROBOTS if scene.mjcf else ""
+        seen = [*cameras(bodies)]
+        signed = signs(model, bodies, scene, before) if seen else []
         self._mujoco, self._model = mujoco, model
         # Otherwise MuJoCo writes to the terminal, and to a file in the user's folder.
         mujoco.set_mju_user_warning(_counted)
@@ -88,12 +75,13 @@ class _Engine:
         self._all = mujoco.mjtState.mjSTATE_INTEGRATION
         self._kept = np.empty(mujoco.mj_stateSize(model, self._all))
         mujoco.mj_forward(model, self._data)
-        self._named = [model.body(name).id for name in names]
+        self._named = [model.body(name).id for name in names(scene)]
+        ghosts = (f"{before}ghost/{number}" for number in range(len(scene.ghosts)))
         self._ghosts = [model.body(name).id for name in ghosts]
-        self._painter = Painter(mujoco, model, self._data, cameras, signs)
+        self._painter = Painter(mujoco, model, self._data, seen, signed)
         self.instances = [
-            _Instance(mujoco, model, self._data, prefix, self._painter)
-            for prefix in prefixes
+            _Instance(mujoco, model, self._data, f"{before}{number}/", self._painter)
+            for number in range(len(bodies))
         ]
         # Views of MuJoCo's own arrays: looking them up takes longer than using them.
         self._xpos, self._xmat = self._data.xpos, self._data.xmat.reshape(-1, 3, 3)

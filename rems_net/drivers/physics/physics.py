@@ -12,14 +12,14 @@ from rems_net.agents.tick import Tick
 from rems_net.bodies import sensors
 from rems_net.bodies.body import Arena, Body, Embodied, Hinge, Joint, lump
 from rems_net.bodies.files.built import built
-from rems_net.defdict import DefDict, Field, Schema, time
-from rems_net.drivers.needs import NEEDS_MUJOCO, missing
+from rems_net.defdict import DefDict, Field, time
+from rems_net.drivers.needs import BODY, NEEDS_MUJOCO, field_of, missing
 from rems_net.drivers.noise import NOISE, Simulated
 from rems_net.drivers.physics.engine import Engine
 from rems_net.drivers.physics.member import Member
 from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.world import PhysicsWorld
-from rems_net.errors import SchemaError, uncoded
+from rems_net.errors import SchemaError
 from rems_net.libraries import look_for
 from rems_net.scenes import marking
 from rems_net.scenes.outline import check_places
@@ -59,13 +59,7 @@ class Physics(Simulated):
         for library in self.needs:
             look_for(library, library)
         if not isinstance(self, Embodied):
-            raise missing(
-                self,
-                "body()",
-                "what the robot is made of",
-                "def body(self):\n"
-                "        return Body(parts=(Part(Sphere(0.1), mass=1.0),), height=0.1)",
-            )
+            raise missing(self, "body()", "what the robot is made of", BODY)
         body = built(self.body(), self.needs)
         if self.marked:
             marker = marking.of_robot(self, self.marked)
@@ -109,20 +103,11 @@ class Physics(Simulated):
 
     def _check(self, port: str, path: str, unit: str) -> None:
         """Raise SchemaError for a field that is missing, or in another unit."""
-        schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
-        if port == "command":
-            schema = self.motor_schema()
-        if path not in schema:
-            raise SchemaError(
-                f"{type(self).__name__}: the body needs the field {path!r} of "
-                f"{port}. {uncoded(schema.unknown(path))} (R0306)"
-            )
-        found = getattr(schema[path], "unit", None)
+        found = field_of(self, "the body needs", port, path).unit
         if found != unit:
             raise SchemaError(
                 f"{type(self).__name__}: physics needs {port} {path!r} in {unit!r}, "
-                f"but {schema.name} has it in {found!r}. Give the field that "
-                "unit. (R0306)"
+                f"and it is in {found!r}. Give the field that unit. (R0306)"
             )
 
     def _check_picture(self, camera: sensors.Camera) -> None:

@@ -6,7 +6,6 @@ up. Webots reports a node's position and orientation in the world. The fields
 around a robot Webots resets it to 1 (Webots' Reference Manual: Supervisor, Transform).
 """
 
-from math import pi
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,8 @@ from rems_net.bodies.parts import Array
 from rems_net.bodies.tree import rotation as turned_about
 from rems_net.errors import AgentError
 from rems_net.kinematics.rotation import rotation_vector
-from rems_net.maths import atan2, sincos
+from rems_net.maths import atan2
+from rems_net.scenes.rays import stand
 
 #: Rotations (3, 3) from a world of Webots, by its `coordinateSystem`, to ours, where x
 #: is east, y north and z up. The letters are the meanings of Webots' x, y and z.
@@ -48,10 +48,9 @@ def placed(
 
     height: of the origin above the floor, m      upright: a rotation while it stands
     """
-    sine, cosine = sincos(turned - heading(upright, devices))
-    about_z = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    at, about_z = stand((x, y, turned - heading(upright, devices)), height)
     rotation = about_z @ upright
-    return np.array([x, y, height]) - rotation @ np.array(devices.origin), rotation
+    return at - rotation @ np.array(devices.origin), rotation
 
 
 def axis_angle(rotation: Array) -> list[float]:
@@ -61,11 +60,6 @@ def axis_angle(rotation: Array) -> list[float]:
     if angle < 1e-12:
         return [0.0, 0.0, 1.0, 0.0]
     return [*(float(part) / angle for part in vector), angle]
-
-
-def wrap(angle: float) -> float:
-    """Return an angle, rad, between -pi and pi."""
-    return (angle + pi) % (2 * pi) - pi
 
 
 def coordinate_system(key: str, robot: Any) -> str:

@@ -11,14 +11,15 @@ from typing import Any
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver
 from rems_net.bodies.devices import Devices, InWebots
-from rems_net.defdict import DefDict, Field, Schema, text
-from rems_net.drivers.needs import missing
+from rems_net.defdict import DefDict, Field, text
+from rems_net.drivers.needs import field_of, missing
 from rems_net.drivers.webots import connection, pose
 from rems_net.drivers.webots.devices import find
 from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.pose import Placement, coordinate_system
-from rems_net.errors import AgentError, SchemaError, uncoded
+from rems_net.errors import AgentError
 from rems_net.events import warn
+from rems_net.kinematics.rotation import wrapped
 
 #: s between two readings of the heading: no robot turns half round in them
 LOOK = 0.1
@@ -73,16 +74,7 @@ class Webots(Driver):
             self._field(reading.port, reading.field)
 
     def _field(self, port: str, path: str) -> Field:
-        schema = self.schemas().get(port, Schema(f"{self.name}.{port}"))
-        if port == "command":
-            schema = self.motor_schema()
-        field = schema.find(path)
-        if not isinstance(field, Field):
-            raise SchemaError(
-                f"{type(self).__name__}: webots() names the field {path!r} of {port}. "
-                f"{uncoded(schema.unknown(path))} (R0306)"
-            )
-        return field
+        return field_of(self, "webots() names", port, path)
 
     def open(self) -> None:
         """Connect to the robot in Webots, and put it to its start."""
@@ -222,7 +214,7 @@ class Webots(Driver):
         """Add up the turned angle: Webots knows the heading only within one turn."""
         if self._moves:
             yaw = pose.heading(self._place.read()[1], self._devices)
-            self.state["heading"] += pose.wrap(yaw - self._yaw)
+            self.state["heading"] += wrapped(yaw - self._yaw)
             self._yaw = yaw
 
     def _measure(self) -> None:
@@ -258,7 +250,7 @@ class Webots(Driver):
             x, y, heading, self._height, self._upright, self._devices
         )
         self._place.write(position, rotation)
-        self._yaw = pose.wrap(heading)
+        self._yaw = wrapped(heading)
 
     @property
     def _bends(self) -> bool:

@@ -10,8 +10,6 @@ from rems_net.drivers.hardware.create2.readings import CLIFFS, LIGHTS, SIDES
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.robots.create2 import Create2
 
-#: mm/s. Step between two speeds that its controller can hold (OI, packet 41).
-QUANTUM = 28.5
 #: mAh; mA while it stands; mA for each wheel that turns. Guesses.
 CAPACITY, STANDS, TURNS = 2696, 180, 150
 #: Counts. Signal of a cliff sensor over a floor, and over an edge. Guesses.
@@ -23,14 +21,10 @@ PRESS = 0.2
 class Body:
     """A kinematic Create 2, and what happens to it.
 
-    right, left: commanded speeds of the wheels, mm/s.  quantise: whether the wheels
-    turn only at speeds that a real robot can hold.  parameters: of this one robot.
+    right, left: commanded speeds of the wheels, mm/s.  parameters: of this one robot.
     """
 
-    def __init__(
-        self, quantise: bool = False, parameters: Mapping[str, Any] | None = None
-    ):
-        self.quantise = quantise
+    def __init__(self, parameters: Mapping[str, Any] | None = None):
         self.right = self.left = 0
         self.bumps: set[str] = set()
         self.lifted = self.cliff = self.charger = False
@@ -45,8 +39,7 @@ class Body:
         """Let `dt` seconds pass."""
         p = self.robot.parameters
         for side, told in (("left", self.left), ("right", self.right)):
-            steps = round(told / QUANTUM) * QUANTUM if self.quantise else told
-            speed, top = steps / 1000 / p.wheel_radius, p.max_wheel_speed
+            speed, top = told / 1000 / p.wheel_radius, p.max_wheel_speed
             self.robot.command[f"wheel/{side}"] = max(-top, min(top, speed))
         self.robot.drive(self.robot.acting(dt), dt)
         self.robot.sense()

@@ -19,14 +19,14 @@ Happening = Callable[[], None]
 class Create2Device:
     """A new Create 2: switched on, and its interface off.
 
-    boot: s that it takes to start, a guess.  quantise: see Body.
+    boot: s that it takes to start, a guess.
     """
 
     period = 0.015
 
-    def __init__(self, boot: float = 3.0, quantise: bool = False):
+    def __init__(self, boot: float = 3.0):
         self.boot = boot
-        self.body = Body(quantise)
+        self.body = Body()
         self.interface = Interface(self.body)
         self._starts_in = 0.0
 

@@ -100,14 +100,11 @@ class EmulatedBus:
         }
         if packet.instruction in many:
             return many[Instruction(packet.instruction)](packet.parameters)
-        everybody = packet.servo == BROADCAST
         answers = []
-        for servo in self._hearing():
-            if everybody or servo.number == packet.servo:
-                servo.heard()
-                answer = self._answer(servo, packet.instruction, packet.parameters)
-                if not everybody or packet.instruction == Instruction.PING:
-                    answers += answer
+        for servo in self._named(packet.servo):
+            answer = self._answer(servo, packet.instruction, packet.parameters)
+            if packet.servo != BROADCAST or packet.instruction == Instruction.PING:
+                answers += answer
         return answers
 
     def _answer(self, servo: Servo, instruction: int, given: bytes) -> list[bytes]:
@@ -167,13 +164,10 @@ class EmulatedBus:
         return self._read_each((one[0], one[1:]) for one in asked)
 
     def _read_each(self, asked: Iterable[tuple[int, bytes]]) -> list[bytes]:
-        found = []
+        found: list[bytes] = []
         for number, place in asked:
             for servo in self._named(number):
-                servo.show()
-                error, data = servo.memory.read(*_place(place))
-                if servo.memory[table.STATUS_RETURN]:
-                    found.append(self._status(servo, error, data))
+                found += self._answer(servo, Instruction.READ, place)
         return found
 
     def _sync_write(self, given: bytes) -> list[bytes]:
@@ -202,8 +196,8 @@ class EmulatedBus:
         return sorted(hear, key=lambda servo: servo.number)
 
     def _named(self, number: int) -> list[Servo]:
-        """Return the servos with this ID that receive, and reset their watchdogs."""
-        found = [servo for servo in self._hearing() if servo.number == number]
+        """Return those of this ID, or all, that receive, and reset their watchdogs."""
+        found = [s for s in self._hearing() if number in (s.number, BROADCAST)]
         for servo in found:
             servo.heard()
         return found

@@ -173,7 +173,7 @@ def test_nobody_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert "3. that it is there: ping 127.0.0.1; 4. that the port is right" in said
     with pytest.raises(TimeoutError):  # a machine so busy that no time is left
-        WebSocket.connect("ws://127.0.0.1:1", -0.1)
+        WebSocket.connect("ws://127.0.0.1:1", -0.1, socket.create_connection)
 
 
 def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -232,13 +232,6 @@ def test_speeds_are_limited() -> None:
     assert (made.body.right, made.body.left) == (500, -500)
 
 
-def test_a_real_one_turns_its_wheels_in_steps() -> None:
-    body = Body(quantise=True)
-    body.left = body.right = 40
-    body.move(1.0)
-    assert body.robot.state.x == pytest.approx(0.0285)
-
-
 def test_a_query_and_a_pause() -> None:
     made = interface(START)
     on(made, TICK)

@@ -6,7 +6,7 @@ It takes those of its options that the tests use, and no lines of control.
 import argparse
 import sys
 
-from rems_net.firmware.robot import EmulatedRobot, Motors, log_into
+from rems_net.firmware.robot import EmulatedRobot, log_into, running
 
 
 def main() -> None:
@@ -19,13 +19,9 @@ def main() -> None:
     settings = {"name": told.name, "router": told.router}
     settings |= dict(one.split("=", 1) for one in told.set)
     robot = EmulatedRobot(settings, pulsed=log_into(told.servos))
-    motors = Motors([robot])
-    robot.start()
-    motors.start()
-    for line in sys.stdin:
-        print(f"error: no such line: {line.strip()}", flush=True)
-    robot.end()
-    motors.end()
+    with running([robot]):
+        for line in sys.stdin:
+            print(f"error: no such line: {line.strip()}", flush=True)
 
 
 if __name__ == "__main__":

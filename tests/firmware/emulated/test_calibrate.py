@@ -18,7 +18,7 @@ from rems_net.cli.board.bench import Bench
 from rems_net.cli.board.calibrate import calibrate
 from rems_net.client import join
 from rems_net.errors import FabricError
-from rems_net.firmware.robot import EmulatedRobot, Motors
+from rems_net.firmware.robot import EmulatedRobot, running
 from tests.agents.runs import until
 from tests.commands import command, finished, inside as rems
 from tests.firmware.emulated.scene import Serve, compiled
@@ -42,15 +42,9 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedR
         for servo, true in zip(robot._model.body.servo, TRUE, strict=True):
             servo.trim, servo.dead_band, servo.top_speed = true
         robot._model.body.track = TRACK
-        motors = Motors([robot])
-        robot.start()
-        motors.start()
-        try:
+        with running([robot]):
             until(is_in)
             yield robot
-        finally:
-            motors.end()
-            robot.end()
 
 
 def is_in() -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import zenoh
 from msgpack import packb, unpackb
 
-from rems_net.robots.woodbot import Woodbot, wheel_speeds
+from rems_net.robots.woodbot import Woodbot
 
 #: how many values follow each other before one comes again
 VALUES = 40
@@ -34,7 +34,8 @@ class Driver:
     """It speaks plain Zenoh, and finds its router again by itself."""
 
     def __init__(self, endpoint: str, robot: str):
-        schema = wheel_speeds(Woodbot(robot).parameters)
+        schema = Woodbot.command.schema_for(Woodbot(robot).parameters)
+        assert schema is not None
         self._encoding = f"application/msgpack;{schema.name}@{schema.digest}"
         self._key = f"rems/robot/{robot}/command"
         #: when the k-th command was put (CLOCK_MONOTONIC, s)

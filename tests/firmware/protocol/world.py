@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from rems_net.agents.clock.clock import Clock
@@ -10,7 +10,7 @@ from rems_net.agents.experiment.serving import serve
 from rems_net.client import Fabric
 from rems_net.errors import FabricError
 from rems_net.events import Event, listening
-from rems_net.firmware.robot import EmulatedRobot, Motors
+from rems_net.firmware.robot import EmulatedRobot, running
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import Router, until
@@ -28,17 +28,11 @@ class World:
         #: what the clocks said
         self.said: list[Event] = []
         self._clocks: list[tuple[Clock, threading.Thread]] = []
-        self._robots: list[EmulatedRobot] = []
-        self._motors: list[Motors] = []
+        self._robots = ExitStack()
         self._sessions: list[Session] = []
 
     def end(self) -> None:
-        for robot in self._robots:
-            robot.leave()
-        for motors in self._motors:
-            motors.end()
-        for robot in self._robots:
-            robot.end()
+        self._robots.close()
         for fabric in list({clock.session.fabric for clock, _ in self._clocks}):
             self.end_clock(fabric)
         for session in self._sessions:
@@ -78,11 +72,7 @@ class World:
     def robot(self, name: str = "w7", **settings: str) -> EmulatedRobot:
         settings = {"name": name, "router": self.endpoint, **settings}
         robot = EmulatedRobot(settings)
-        motors = Motors([robot])
-        robot.start()
-        motors.start()
-        self._robots.append(robot)
-        self._motors.append(motors)
+        self._robots.enter_context(running([robot]))
         return robot
 
     def fabric(self, name: str = "rems") -> Fabric:

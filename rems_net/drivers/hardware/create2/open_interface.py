@@ -22,27 +22,19 @@ from rems_net.drivers.hardware.create2.waking import (
     is_awake,
 )
 from rems_net.drivers.hardware.device_thread import Readings
-from rems_net.drivers.hardware.odometry import Odometer, only
+from rems_net.drivers.hardware.odometry import Rolling
 from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import FieldValueError, SchemaError, WireError
 
 #: s. A robot reports the speeds of a command within this time after we wrote it.
 HEARS = 0.15
-#: fields that a definition for this driver must have, by port
-NEEDED = {
-    "parameters": ("wheel_radius", "track"),
-    "command": ("wheel/left", "wheel/right"),
-    "state": ("x", "y", "heading"),
-}
 #: m. Sizes in the Open Interface's specification; and a measured size's largest error.
 SIZES, DIFFERS = {"wheel_radius": 0.036, "track": 0.235}, 0.1
-
-TAKE = 'Take the definition "create2", or one that inherits from it.'
 
 Speeds = tuple[int, int]
 
 
-class OpenInterface(SerialDriven):
+class OpenInterface(Rolling, SerialDriven):
     """Driver of an iRobot Create 2, or a Roomba 500 or 600, over its serial cable.
 
     In `safe` mode the robot stops by itself at a cliff, when it is lifted, and when its
@@ -59,6 +51,7 @@ class OpenInterface(SerialDriven):
     )
     status = Out(readings.STATUS)
     rate = 50.0
+    counts, wrap, fits = COUNTS, WRAP, "create2"
     timeout = 0.1
     halt = FLUSH + commands.drive_direct(0, 0)
     farewell = bytes([Op.PAUSE, 0, Op.START])
@@ -72,25 +65,16 @@ class OpenInterface(SerialDriven):
         self._deaf = cycle(commands.BAUDS[:2])
 
     def prepare(self) -> None:
-        """Check that the definition has two wheels' speeds, a pose, and right sizes."""
-        for port, paths in NEEDED.items():
-            slot = getattr(type(self), port)
-            schema = slot.schema_for(self.parameters) if port != "parameters" else None
-            fields = schema or self.parameters.schema
-            if lacks := [path for path in paths if path not in fields.paths]:
-                raise SchemaError(
-                    f"{self.key} can't be: a Create 2 needs {port} with "
-                    f"{', '.join(paths)}, and it has no {lacks[0]!r}. {TAKE} (R0306)"
-                )
+        """Check that the definition has two wheels, a pose, and right sizes."""
+        super().prepare()
         for name, size in SIZES.items():
             # With another robot's sizes, speeds and odometry would be wrong.
             if not abs((has := self.parameters[name]) - size) <= DIFFERS * size:
                 raise SchemaError(
                     f"{self.key} has a {name} of {has:g} m, and a Create 2 one of "
-                    f"{size:g} m: a measured one differs by 10 % at most. "
-                    f"{TAKE} (R0306)"
+                    f"{size:g} m: a measured one differs by 10 % at most. Take the "
+                    'definition "create2", or one that inherits from it. (R0306)'
                 )
-        super().prepare()
 
     # -- run in the device thread ------------------------------------------------
 
@@ -207,28 +191,13 @@ class OpenInterface(SerialDriven):
 
     def _readings(self, values: Mapping[str, int]) -> Readings:
         try:
-            found: dict[str, Mapping[str, Any]] = {"status": readings.status(values)}
+            status = readings.status(values)
         except IndexError:
             raise WireError(
                 f"it reports mode {values['mode']}, and charging in state "
                 f"{values['charging']}: there are none such"
             ) from None
-        has = self.published()
-        found["state"] = only(self._path.state(), has["state"].paths)
-        if "sensors" in has:
-            sensed = readings.sensors(values, self._path)
-            found["sensors"] = only(sensed, has["sensors"].paths)
-        return found
-
-    def rewind(self) -> None:
-        """Set the odometry to the initial pose; the robot itself does not move."""
-        super().rewind()
-        state = self.state
-        start = tuple(state[path] for path in ("x", "y", "heading"))
-        if "_path" not in self.__dict__:
-            p = self.parameters
-            self._path = Odometer(p.wheel_radius, p.track, COUNTS, WRAP)
-        self.perform(lambda: self._path.place(*start))
+        return {**self.rolled(readings.sensors(values, self._path)), "status": status}
 
     @verb
     def beep(self, note: int = 72, seconds: float = 0.25) -> None:

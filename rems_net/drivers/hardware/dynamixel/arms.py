@@ -125,9 +125,7 @@ class Arms(Servos):
             self.bus.write(servo, table.PROFILE_ACCELERATION, slope, "an acceleration")
         self._most = min(say(table.VELOCITY_LIMIT) for say in said.values())
         #: counts: position of each servo, and its whole turns ahead of its joint
-        self._at: Mapping[int, int] = {
-            servo: say(table.PRESENT_POSITION) for servo, say in said.items()
-        }
+        self._at = _positions(said)
         self._ahead: dict[int, int] = {}
         for path, joint in self._mine.items():
             at = self._at[joint.servo]
@@ -162,16 +160,14 @@ class Arms(Servos):
                 goals[joint.twin] = _told(self._speed[arm], twin)
         return goals
 
-    def readings(
-        self, speeds: Mapping[int, int], positions: Mapping[int, int]
-    ) -> dict[str, Mapping[str, Any]]:
-        self._at = positions
+    def readings(self, said: Mapping[int, Said]) -> dict[str, Mapping[str, Any]]:
+        self._at = _positions(said)
         state, sensors = {}, {}
         for path, joint in self._mine.items():
             arm, _, name = path.partition("/")
-            state[path] = self._angle(joint, positions[joint.servo])
-            velocity = joint.sign * speeds[joint.servo] * table.VELOCITY
-            sensors[f"{arm}/velocity/{name}"] = velocity
+            state[path] = self._angle(joint, self._at[joint.servo])
+            speed = joint.sign * said[joint.servo](table.PRESENT_VELOCITY)
+            sensors[f"{arm}/velocity/{name}"] = speed * table.VELOCITY
         return {"state": state, "sensors": sensors}
 
     def _middle(self, path: str) -> float:
@@ -197,6 +193,10 @@ class Arms(Servos):
                 "horns are mounted; 2. that one of them counts in reverse, with "
                 "DYNAMIXEL Wizard: Drive Mode; 3. its Homing Offset."
             )
+
+
+def _positions(said: Mapping[int, Said]) -> dict[int, int]:
+    return {servo: say(table.PRESENT_POSITION) for servo, say in said.items()}
 
 
 def _told(speed: int, position: int) -> int:

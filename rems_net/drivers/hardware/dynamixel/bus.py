@@ -20,6 +20,8 @@ BITS = 10
 Result = TypeVar("Result")
 #: returns the value of a register of one servo, at one moment
 Said = Callable[[Register], int]
+#: a reply, by the SDK: bytes, result, error
+Reply = tuple[Iterable[int], int, int]
 
 
 class Bus:
@@ -96,23 +98,20 @@ class Bus:
                 self.damaged += 1
         return once()
 
-    def read(self, servo: int, register: Register) -> int:
-        """Return the value of a register."""
-        return self.again(lambda: register.unpack(self.look(servo, register)))
+    def ask(
+        self, servo: int, first: Register = table.MODEL, tries: int = TRIES
+    ) -> Said:
+        """Return a function with the values of a servo's registers as of now.
 
-    def ask(self, servo: int) -> Said:
-        """Return a function with the values of a servo's registers as of now."""
-        data = self.again(lambda: self.look(servo, table.MODEL, table.TEMPERATURE))
-        return lambda register: register.unpack(data, table.MODEL.address)
+        first: the first of them
+        """
+        size = _size(first, table.TEMPERATURE)
 
-    def look(self, servo: int, first: Register, last: Register | None = None) -> bytes:
-        """Return the bytes from one register to another, in one attempt."""
-        last = last or first
-        size = last.address + last.size - first.address
-        data, result, error = self._packets.readTxRx(
-            self._port, servo, first.address, size
-        )
-        return self._answer(servo, data, result, error, size)
+        def once() -> Said:
+            reply = self._packets.readTxRx(self._port, servo, first.address, size)
+            return self._answer(servo, first, size, reply)
+
+        return self.again(once, tries)
 
     def write(self, servo: int, register: Register, value: int, what: str) -> None:
         """Set a register. Raises NoDeviceError with `what` if the servo refuses it."""
@@ -127,7 +126,7 @@ class Bus:
                 self._damaged(servo, error)
                 besides = ""
                 if error & ALERT:
-                    ill = self.read(servo, table.HARDWARE_ERROR)
+                    ill = self.ask(servo)(table.HARDWARE_ERROR)
                     besides = f"; {table.hardware_errors(ill)}"
                 raise NoDeviceError(
                     f"{self.name(servo)} refuses {what}: {_said(error)}{besides}."
@@ -155,14 +154,14 @@ class Bus:
 
     def sync_read(
         self, first: Register, last: Register, servos: Iterable[int]
-    ) -> dict[int, bytes]:
-        """Return the bytes from one register to another, of many servos.
+    ) -> dict[int, Said]:
+        """Return the values from one register to another, of many servos.
 
         A servo whose answer is lost or damaged is asked once more. Servos that report
         a hardware error are added to `alerts`.
         """
-        size = last.address + last.size - first.address
-        found: dict[int, bytes] = {}
+        size = _size(first, last)
+        found: dict[int, Said] = {}
         missing = list(servos)
         for _ in range(2):
             wrong: list[Exception] = []
@@ -175,11 +174,11 @@ class Bus:
             # Not group.rxPacket(): that stops at the first damaged answer, and drops
             # the errors that the other servos report.
             for servo in missing:
-                data, result, error = self._packets.readRx(self._port, servo, size)
-                if error & ALERT:
+                reply = self._packets.readRx(self._port, servo, size)
+                if reply[2] & ALERT:
                     self.alerts.add(servo)
                 try:
-                    found[servo] = self._answer(servo, data, result, error, size)
+                    found[servo] = self._answer(servo, first, size, reply)
                 except (TimeoutError, WireError) as why:
                     self.damaged += 1
                     wrong.append(why)
@@ -189,22 +188,21 @@ class Bus:
         # The first error: while we wait for that servo, the SDK reads others' answers.
         raise wrong[0]
 
-    def _answer(
-        self, servo: int, data: Iterable[int], result: int, error: int, size: int
-    ) -> bytes:
+    def _answer(self, servo: int, first: Register, size: int, reply: Reply) -> Said:
+        data, result, error = reply
         self._check(servo, result)
         if error & ~ALERT:
             self._damaged(servo, error)
             raise NoDeviceError(
                 f"{self.name(servo)} refuses to be read: {_said(error)}."
             )
-        data = bytes(data)
-        if len(data) != size:
+        found = bytes(data)
+        if len(found) != size:
             # A late answer to another question.
             raise WireError(
-                f"{self.name(servo)} answered {len(data)} bytes; expected {size}"
+                f"{self.name(servo)} answered {len(found)} bytes; expected {size}"
             )
-        return data
+        return lambda register: register.unpack(found, first.address)
 
     def _check(self, servo: int | None, result: int) -> None:
         """Raise the error for the SDK's result, if that is no success."""
@@ -221,6 +219,10 @@ class Bus:
         """Raise WireError if the servo reports that our packet was damaged."""
         if error & ~ALERT == table.DAMAGED:
             raise WireError(f"{self.name(servo)} received a damaged packet")
+
+
+def _size(first: Register, last: Register) -> int:
+    return last.address + last.size - first.address
 
 
 def _said(error: int) -> str:

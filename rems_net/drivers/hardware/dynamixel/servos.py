@@ -1,7 +1,6 @@
 """Servos: base of the drivers of robots that move by X430 servos on one bus."""
 
 from collections.abc import Mapping
-from functools import partial
 from itertools import cycle
 from threading import Event
 from typing import Any, ClassVar
@@ -79,10 +78,8 @@ class Servos(SerialDriven):
         """Return the value of the `goal` register in counts, by ID."""
         raise NotImplementedError(f"{type(self).__name__} must define goals().")
 
-    def readings(
-        self, speeds: Mapping[int, int], positions: Mapping[int, int]
-    ) -> dict[str, Mapping[str, Any]]:
-        """Return fields by port, from the servos' speeds and positions in counts."""
+    def readings(self, said: Mapping[int, Said]) -> dict[str, Mapping[str, Any]]:
+        """Return fields by port, from the servos' speeds and positions."""
         raise NotImplementedError(f"{type(self).__name__} must define readings().")
 
     def asked(self) -> list[int]:
@@ -134,11 +131,7 @@ class Servos(SerialDriven):
         self._look_after(goals)
         # Last, since the readings count as of the return.
         first, last = table.PRESENT_VELOCITY, table.PRESENT_POSITION
-        said = self.bus.sync_read(first, last, self.asked())
-        readings = self.readings(
-            {i: first.unpack(data, first.address) for i, data in said.items()},
-            {i: last.unpack(data, first.address) for i, data in said.items()},
-        )
+        readings = self.readings(self.bus.sync_read(first, last, self.asked()))
         volts, degrees = zip(*self._health.values(), strict=True)
         readings["status"] = {
             "voltage": min(volts) / 10,
@@ -245,29 +238,26 @@ class Servos(SerialDriven):
         """
         bus = self.bus
         servo = bus.alerts.pop() if bus.alerts else next(self._round)
-        first = table.TORQUE.address
-        look = partial(bus.look, servo, table.TORQUE, table.TEMPERATURE)
-        data = bus.again(look, tries=2)  # each may last 45 ms
-        error = table.HARDWARE_ERROR.unpack(data, first)
-        if not table.TORQUE.unpack(data, first):
+        said = bus.ask(servo, table.TORQUE, tries=2)  # each may last 45 ms
+        error = said(table.HARDWARE_ERROR)
+        if not said(table.TORQUE):
             raise OSError(
                 self._ill(servo, error)
                 if error
                 else f"{bus.name(servo)} has lost its torque: it started anew, maybe "
                 "for lack of power"
             )
-        watchdog = table.WATCHDOG.unpack(data, first)
+        watchdog = said(table.WATCHDOG)
         if not watchdog:
             self._guard()  # the packet that set it was lost
         if watchdog < 0:
             raise OSError(f"the watchdog of {bus.name(servo)} has stopped it")
-        if self.goal.unpack(data, first) != goals[servo]:
+        if said(self.goal) != goals[servo]:
             raise WireError(
                 f"{bus.name(servo)} obeys another command than it was sent: it was "
                 "damaged on its way"
             )
-        volts = table.VOLTAGE.unpack(data, first)
-        self._health[servo] = volts, table.TEMPERATURE.unpack(data, first)
+        self._health[servo] = said(table.VOLTAGE), said(table.TEMPERATURE)
 
     def _ill(self, servo: int, error: int) -> str:
         call = f"then type: rems call {self.key} reboot"

@@ -8,16 +8,13 @@ from rems_net.defdict import DefDict, boolean, choice, integer
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
-from rems_net.drivers.hardware.odometry import Odometer, only
-from rems_net.drivers.needs import missing
+from rems_net.drivers.hardware.odometry import Rolling
 from rems_net.errors import SchemaError
 
-#: counts after which a servo's position starts again
-WRAP = 1 << 32
 SIDES = ("left", "right")
 
 
-class Wheels(Servos):
+class Wheels(Rolling, Servos):
     """Driver of two wheels on DYNAMIXEL servos in velocity mode, with odometry.
 
     A servo turns its horn counter-clockwise at a positive speed. Seen from outside,
@@ -40,17 +37,9 @@ class Wheels(Servos):
     mode = table.VELOCITY_MODE
     goal = table.GOAL_VELOCITY
     holds = False
+    counts, wrap, fits = table.TURN, 1 << 32, "dynabot"
 
     def prepare(self) -> None:
-        command = type(self).command.schema_for(self.parameters)
-        fields = {*(command.paths if command else ()), *self.parameters.schema.paths}
-        if not {"wheel/left", "wheel/right", "wheel_radius", "track"} <= fields:
-            raise missing(
-                self,
-                "two wheels",
-                "turning wheel/left and wheel/right by their wheel_radius and track",
-                'take the definition "dynabot", or inherit from it',
-            )
         if self.options.left == self.options.right:
             raise SchemaError(
                 f"Both wheels of {self.key} have the servo {self.options.left}; each "
@@ -84,24 +73,10 @@ class Wheels(Servos):
             goals[servo] = max(-limit, min(limit, counts))
         return goals
 
-    def readings(
-        self, speeds: Mapping[int, int], positions: Mapping[int, int]
-    ) -> dict[str, Mapping[str, Any]]:
-        path = self._path
-        path.feed(*(self._sign(s) * positions[self.options[s]] for s in SIDES))
-        turned = {"encoder/left": path.left, "encoder/right": path.right}
-        known = {"state": path.state(), "sensors": turned}
-        has = self.published().items()
-        return {p: only(known[p], schema.paths) for p, schema in has if p in known}
-
-    def rewind(self) -> None:
-        """Set the odometry to the initial pose; the robot itself does not move."""
-        super().rewind()
-        start = tuple(self.state[path] for path in ("x", "y", "heading"))
-        if "_path" not in self.__dict__:
-            p = self.parameters
-            self._path = Odometer(p.wheel_radius, p.track, table.TURN, WRAP)
-        self.perform(lambda: self._path.place(*start))
+    def readings(self, said: Mapping[int, Said]) -> dict[str, Mapping[str, Any]]:
+        path, at = self._path, table.PRESENT_POSITION
+        path.feed(*(self._sign(s) * said[self.options[s]](at) for s in SIDES))
+        return self.rolled({"encoder/left": path.left, "encoder/right": path.right})
 
     def _sign(self, side: str) -> int:
         return -1 if self.options[f"reversed_{side}"] else 1

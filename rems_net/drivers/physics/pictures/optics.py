@@ -7,11 +7,14 @@ from hashlib import sha256
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rems_net.bodies.lens import Lens
 from rems_net.bodies.parts import Array
 from rems_net.bodies.sensors import Camera
 from rems_net.drivers.physics.engine import Picture
+
+Floats = NDArray[np.float32]
 
 #: standard deviations that a blur reaches to each side
 REACH = 3.0
@@ -89,11 +92,7 @@ class Chip:
         return (np.clip(whole, 0, 255) + np.float32(0.5)).astype(np.uint8)
 
 
-def _blurred(
-    whole: np.ndarray[tuple[int, ...], np.dtype[np.float32]],
-    bell: np.ndarray[tuple[int, ...], np.dtype[np.float32]],
-    axis: int,
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+def _blurred(whole: Floats, bell: Floats, axis: int) -> Floats:
     reach = len(bell) // 2
     if not reach:
         return whole
