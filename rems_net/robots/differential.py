@@ -31,8 +31,7 @@ from rems_net.defdict import (
     torque,
 )
 from rems_net.errors import SchemaError, nearest
-from rems_net.kinematics.mechanism import Mechanism
-from rems_net.kinematics.wheels import differential
+from rems_net.kinematics.wheels import Wheels, differential
 from rems_net.maths import sincos
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import read
@@ -147,11 +146,11 @@ class Differential(Definition):
             p.wheel_radius * (command["wheel/right"] - command["wheel/left"]) / p.track
         )
 
-    def mechanisms(self) -> dict[str, Mechanism]:
+    def mechanisms(self) -> dict[str, Wheels]:
         """Return the kinematics of the wheels."""
         return self.rolling(self.parameters.track)
 
-    def rolling(self, track: float) -> dict[str, Mechanism]:
+    def rolling(self, track: float) -> dict[str, Wheels]:
         """Return the kinematics of two wheels `track` m apart."""
         p = self.parameters
         wheels = ("wheel/left", "wheel/right")

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from rems_net.bodies.body import Hinge
 from rems_net.defdict import DefDict
-from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.wheels import Wheels
 from rems_net.maths import hypot
 from rems_net.robots.differential import Differential
 
@@ -30,7 +30,7 @@ class SkidSteered(Differential):
         faster = command["wheel/right"] - command["wheel/left"]
         return p.wheel_radius * faster / p.effective_track
 
-    def mechanisms(self) -> dict[str, Mechanism]:
+    def mechanisms(self) -> dict[str, Wheels]:
         """Return the kinematics of two wheels, `effective_track` apart."""
         return self.rolling(self.parameters.effective_track)
 

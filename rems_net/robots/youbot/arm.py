@@ -10,7 +10,7 @@ from rems_net.bodies.body import Body, Vector
 from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
-from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.arm import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
