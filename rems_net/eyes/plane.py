@@ -11,13 +11,13 @@ by itself, so there both deviate alike.
 """
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
 from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
 from rems_net.eyes.view import View
+from rems_net.kinematics.rotation import wrapped
 from rems_net.maths import atan2, sincos
 
 #: steps of Gauss and Newton; the start is the corners' own back-projection
@@ -83,18 +83,13 @@ def sight(view: View, marker: Marker, height: float, pixels: Array) -> Sighting 
         step, *_ = np.linalg.lstsq(by, missing, rcond=None)
         found += step
     missing, by = _weighted(view, own, marker, found, height, straight, weights)
-    found[2] = wrap(found[2])
+    found[2] = wrapped(found[2])
     spread: Array = np.linalg.inv(by.T @ by).astype(float)
     twist = TWISTS.get(marker.family, 1.0)
     spread[2] *= twist
     spread[:, 2] *= twist
     misfit, unsure = float(missing @ missing), float(np.sqrt(spread[3, 3]))
     return Sighting(found[:3], spread[:3, :3], misfit, float(found[3]), unsure)
-
-
-def wrap(angle: float) -> float:
-    """Return an angle from -pi to pi."""
-    return float((angle + pi) % (2 * pi) - pi)
 
 
 def _by_edges(pixels: Array, tilt: float) -> Array:

@@ -30,9 +30,9 @@ from rems_net.kinematics.rotation import (
     nine,
     product,
     transposed,
+    wrapped,
 )
 from rems_net.kinematics.target import Target
-from rems_net.kinematics.upright import wrapped
 from rems_net.maths import atan2, hypot, sincos
 
 UP: Vector = (0.0, 0.0, 1.0)

@@ -5,6 +5,7 @@ and for many robots at once the same bits as for each alone.
 """
 
 from collections.abc import Sequence
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,11 @@ Three = tuple[Any, Any, Any]
 Nine = tuple[Any, Any, Any, Any, Any, Any, Any, Any, Any]
 
 UNTURNED: Nine = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle from -pi to pi, rad."""
+    return (angle + pi) % (2 * pi) - pi
 
 
 def about(axis: Vector, sine: Any, cosine: Any) -> Nine:

@@ -14,6 +14,7 @@ from rems_net.kinematics.rotation import (
     three,
     transposed,
     turned,
+    wrapped,
 )
 from rems_net.kinematics.target import Target
 from rems_net.maths import atan2, sincos
@@ -101,8 +102,3 @@ class UprightArm(Chain):
                     along = c4 * (c * gx + s * gy) - s4 * gz
                     fifth = atan2(c * gy - s * gx, along)
                 yield [turn, second, third, fourth, fifth]
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle from -pi to pi, rad."""
-    return (angle + pi) % (2 * pi) - pi

@@ -25,8 +25,8 @@ from rems_net.errors import SchemaError, nearest
 from rems_net.events import warn
 from rems_net.eyes.finder import Finder, Found, Target, mirrored
 from rems_net.eyes.known import Known
-from rems_net.eyes.plane import wrap
 from rems_net.eyes.view import View, turn_of
+from rems_net.kinematics.rotation import wrapped
 from rems_net.libraries import look_for
 from rems_net.maths import hypot
 from rems_net.scenes import marking
@@ -208,7 +208,7 @@ class Localise(Process):
         before = self._latest.get(name)
         if before is not None:
             last, _, _, at = before
-            pose[2] = last[2] + wrap(pose[2] - last[2])
+            pose[2] = last[2] + wrapped(pose[2] - last[2])
             far = float(hypot(*(pose[:2] - last[:2]).tolist()))
             if far > JUMP:
                 warn(

@@ -16,8 +16,8 @@ from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.physics.pictures.optics import Chip, distorted, ideal
 from rems_net.drivers.physics.pybullet import Pybullet
 from rems_net.eyes.finder import Finder, Target
-from rems_net.eyes.plane import wrap
 from rems_net.eyes.view import View, turn_of
+from rems_net.kinematics.rotation import wrapped
 from rems_net.robots.eyes.camera import Camera
 from rems_net.scenes.scene import Scene
 from tests.drivers.physics.eyes import Engine, why_not
@@ -133,7 +133,7 @@ def measured(made: Plates, pictures: int, reach: tuple[float, float]) -> Run:
             continue
         for one in found:
             error = one.pose - made.poses[one.target.marker.id]
-            error[2] = wrap(error[2])
+            error[2] = wrapped(error[2])
             errors.append(error)
             nees.append(error @ np.linalg.solve(one.covariance, error))
     missed = pictures * n - len(errors)

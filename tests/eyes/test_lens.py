@@ -12,8 +12,9 @@ from rems_net.bodies.body import Marker
 from rems_net.bodies.lens import Lens
 from rems_net.errors import SchemaError
 from rems_net.eyes.place import angles, place_of
-from rems_net.eyes.plane import corners, sight, wrap
+from rems_net.eyes.plane import corners, sight
 from rems_net.eyes.view import View, turn_of
+from rems_net.kinematics.rotation import wrapped
 
 SMALL = st.floats(-0.3, 0.3)
 
@@ -58,7 +59,7 @@ def test_a_pose_comes_back_from_its_corners(
     found = sight(looking, marker, 0.05, pixels)
     assert found is not None
     assert found.pose[:2] == pytest.approx([x, y], abs=1e-6)
-    assert wrap(found.pose[2] - heading) == pytest.approx(0.0, abs=1e-5)
+    assert wrapped(found.pose[2] - heading) == pytest.approx(0.0, abs=1e-5)
     assert found.scale == pytest.approx(1.0, abs=1e-5)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import cache, cached_property
-from math import pi
 from typing import Any
 
 from rems_net.agents.robot import Robot
@@ -16,6 +15,7 @@ from rems_net.drivers.physics.pictures.looks import cameras
 from rems_net.drivers.physics.pictures.optics import Chip
 from rems_net.drivers.physics.reading import Moment, Reader, reader
 from rems_net.errors import AgentError
+from rems_net.kinematics.rotation import wrapped
 from rems_net.maths import atan2
 from rems_net.scenes.outline import Outline, of_body
 
@@ -165,7 +165,7 @@ class Member:
         if self.posed or any(self.robot.place):
             position = self._now.positions[self._n]
             shift = (x - position[0], y - position[1], 0.0)
-            self.instance.move(shift, _wrap(heading - self._heads()))
+            self.instance.move(shift, wrapped(heading - self._heads()))
         if self._positions:
             wanted = {n: state[path] * ratio for path, n, ratio in self._positions}
             self.instance.bend(self.tree.closed(wanted))
@@ -194,7 +194,7 @@ class Member:
         """Add up the turned angle: an engine knows the heading only within a turn."""
         if self._walks:
             yaw = self._heads()
-            self._state["heading"] += _wrap(yaw - self._yaw)
+            self._state["heading"] += wrapped(yaw - self._yaw)
             self._yaw = yaw
 
     def _heads(self) -> float:
@@ -245,7 +245,3 @@ def _alike(*pairs: Any) -> tuple[Any, ...]:
 def _near(wanted: float, middle: float, most: float) -> float:
     """Return `wanted`, limited to at most `most` away from `middle`."""
     return min(max(wanted, middle - most), middle + most)
-
-
-def _wrap(angle: float) -> float:
-    return (angle + pi) % (2 * pi) - pi

@@ -6,7 +6,6 @@ up. Webots reports a node's position and orientation in the world. The fields
 around a robot Webots resets it to 1 (Webots' Reference Manual: Supervisor, Transform).
 """
 
-from math import pi
 from typing import Any
 
 import numpy as np
@@ -61,11 +60,6 @@ def axis_angle(rotation: Array) -> list[float]:
     if angle < 1e-12:
         return [0.0, 0.0, 1.0, 0.0]
     return [*(float(part) / angle for part in vector), angle]
-
-
-def wrap(angle: float) -> float:
-    """Return an angle, rad, between -pi and pi."""
-    return (angle + pi) % (2 * pi) - pi
 
 
 def coordinate_system(key: str, robot: Any) -> str:

@@ -19,6 +19,7 @@ from rems_net.drivers.webots.installation import installed, url
 from rems_net.drivers.webots.pose import Placement, coordinate_system
 from rems_net.errors import AgentError, SchemaError, uncoded
 from rems_net.events import warn
+from rems_net.kinematics.rotation import wrapped
 
 #: s between two readings of the heading: no robot turns half round in them
 LOOK = 0.1
@@ -222,7 +223,7 @@ class Webots(Driver):
         """Add up the turned angle: Webots knows the heading only within one turn."""
         if self._moves:
             yaw = pose.heading(self._place.read()[1], self._devices)
-            self.state["heading"] += pose.wrap(yaw - self._yaw)
+            self.state["heading"] += wrapped(yaw - self._yaw)
             self._yaw = yaw
 
     def _measure(self) -> None:
@@ -258,7 +259,7 @@ class Webots(Driver):
             x, y, heading, self._height, self._upright, self._devices
         )
         self._place.write(position, rotation)
-        self._yaw = pose.wrap(heading)
+        self._yaw = wrapped(heading)
 
     @property
     def _bends(self) -> bool:

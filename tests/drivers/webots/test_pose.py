@@ -7,6 +7,7 @@ from hypothesis import given, strategies as st
 from rems_net.bodies.devices import Devices
 from rems_net.bodies.parts import Array
 from rems_net.drivers.webots import pose
+from rems_net.kinematics.rotation import wrapped
 
 #: x ahead, y up, z to the right, as the class's Woodbot lies
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -42,7 +43,7 @@ def test_what_is_placed_is_there(
     devices = Devices((), origin=(-0.014, -0.006, 0.002))
     position, matrix = pose.placed(x, y, turned, 0.02, upright, devices)
     assert pose.origin(position, matrix, devices) == pytest.approx([x, y, 0.02])
-    off = pose.wrap(pose.heading(matrix, devices) - turned)
+    off = wrapped(pose.heading(matrix, devices) - turned)
     assert off == pytest.approx(0, abs=1e-9)
     # It still stands: what was up is up.
     up = upright.T @ [0, 0, 1]
