@@ -3,20 +3,18 @@
 An outline is convex, as a rubber band around the thing would be, seen from above.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
 
 import numpy as np
 
-from rems_net.bodies.arena import Wall
 from rems_net.bodies.body import Body
-from rems_net.bodies.parts import Array, Box, Cylinder, Part, Shape, Sphere
-from rems_net.bodies.tree import Tree
+from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
 from rems_net.errors import AgentError, SchemaError
 from rems_net.maths import sincos
-from rems_net.scenes.scene import Scene, Thing
+from rems_net.scenes.scene import Scene, Solid, solid_of, solids_of
 
 #: corners of the polygon that stands for a circle
 ROUND = 16
@@ -68,31 +66,21 @@ class Outline:
 
 def of_body(body: Body) -> Outline:
     """Return the outline of a robot's parts that can touch anything, joints at zero."""
-    points = list(_points(body.parts, np.zeros(3), np.eye(3)))
-    tree = Tree(body)
-    places, turns = tree.places([0.0] * len(tree.links))
-    for link, at, turn in zip(tree.links, places, turns, strict=True):
-        points += _points(link.joint.parts, at, turn)
+    points = [corners(one.shape, one.at, one.turn) for one in solids_of(body)]
     return _outline(points, body.height)
 
 
-def of_wall(wall: Wall) -> Outline:
-    """Return the outline of a wall."""
-    s, c = sincos(wall.yaw)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return _outline([corners(Box(wall.size), np.array(wall.at), turn)], 0.0)
-
-
-def of_thing(thing: Thing) -> Outline:
-    """Return the outline of a thing, at its place in the scene."""
-    return _outline([corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
+def of_solid(solid: Solid) -> Outline:
+    """Return the outline of a wall or a thing, at its place in the scene."""
+    return _outline([corners(solid.shape, solid.at, solid.turn)], 0.0)
 
 
 @lru_cache(maxsize=16)  # each reset of a world looks
 def of_scene(scene: Scene) -> tuple[tuple[str, Outline], ...]:
     """Return the outlines of a scene, with their names: `a wall` or `'crate'`."""
-    walls = [("a wall", of_wall(wall)) for wall in scene.walls]
-    return (*walls, *((repr(thing.name), of_thing(thing)) for thing in scene.things))
+    walls = [("a wall", of_solid(solid_of(wall))) for wall in scene.walls]
+    things = [(repr(one.name), of_solid(one.solid)) for one in scene.things]
+    return (*walls, *things)
 
 
 def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
@@ -152,12 +140,6 @@ def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
             if not met(body.at(place), there):
                 return f"{{ x = {place[0]}, y = {place[1]} }}"
     return "{ x = 1.0, y = 1.0 }"
-
-
-def _points(parts: Sequence[Part], at: Array, turn: Array) -> Iterator[Array]:
-    for part in parts:
-        if part.friction is not None:
-            yield corners(part.shape, at + turn @ np.array(part.at), turn)
 
 
 def outline_of(shapes: Sequence[Array], *, joined: bool) -> list[list[list[float]]]:

@@ -19,8 +19,8 @@ from rems_net.bodies.joints import Joint, Slide
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
 from rems_net.bodies.sensors import Ray
 from rems_net.bodies.tree import Tree
-from rems_net.scenes import outline, rays
-from rems_net.scenes.scene import Scene
+from rems_net.scenes import outline
+from rems_net.scenes.scene import Scene, solid_of
 
 #: digits behind the point: a tenth of a millimetre
 DIGITS = 4
@@ -40,18 +40,16 @@ def of_scene(scene: Scene) -> dict[str, Any]:
         "flat": not any(thing.pitch for thing in scene.things),
         "walls": [
             {
-                "outline": _corners(outline.of_wall(wall)),
-                "solids": [
-                    _solid(Box(wall.size), np.array(wall.at), rays.upright(wall.yaw))
-                ],
+                "outline": _corners(outline.of_solid(wall)),
+                "solids": [_solid(wall.shape, wall.at, wall.turn)],
             }
-            for wall in walls
+            for wall in map(solid_of, walls)
         ],
         "things": [
             {
                 "name": thing.name,
                 "outline": _corners(
-                    outline.of_thing(thing).at((-thing.at[0], -thing.at[1], 0.0)),
+                    outline.of_solid(thing.solid).at((-thing.at[0], -thing.at[1], 0.0)),
                     thing.heading,
                 ),
                 "solids": [_solid(thing.shape)],
