@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.agents.robot import Definition, combine
-from rems_net.bodies.actuators import GROUP, driven
+from rems_net.bodies.actuators import driven
 from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.kinematic.swarm import Columns, ahead
+from rems_net.drivers.kinematic.swarm import Columns, ahead, moved
 from rems_net.errors import ExperimentError
 from rems_net.identification.drive import Drive, Floats
 from rems_net.identification.motors import acting
@@ -123,14 +123,8 @@ class Predictor:
     #: whether it can make one step of Euler's rule a row
     steps: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        definition: type[Definition],
-        base: Mapping[str, Any],
-        *,
-        euler: bool = False,
-    ):
-        self.definition, self.base, self.euler = definition, dict(base), euler
+    def __init__(self, definition: type[Definition], base: Mapping[str, Any]):
+        self.definition, self.base, self.euler = definition, dict(base), False
         #: whether its mathematics takes arrays of parameters; None: not tried yet
         self.together: bool | None = None
 
@@ -229,7 +223,14 @@ class Predictor:
             steps = segments.steps[:, i]
             command = Columns({p: column[..., i] for p, column in commands.items()})
             count = 1 if self.euler else max(1, round(float(steps.max()) / FINE))
-            state = self._row(robot, integration, state, command, steps, count)
+            try:
+                state = moved(integration, state, command, steps, count)
+            except (TypeError, ValueError) as error:
+                raise ExperimentError(
+                    f"{self.definition.__name__} cannot be computed with arrays "
+                    f"({error}); write its mathematics with the functions of rems_net "
+                    "(cos, sin, hypot) and without `if`. (R0862)"
+                ) from error
             found.append([state[path] for path in segments.read])
         wide = np.array([np.broadcast_arrays(*row, none)[:-1] for row in found])
         return wide.transpose(1, 2, 3, 0)
@@ -253,7 +254,7 @@ class Predictor:
         most = self._limits(values)
         fields = driven(self.plain.parameters.schema)
         given = robot.__dict__["parameters"]
-        acts = acting(segments.drives, fields, given, GROUP)
+        acts = acting(segments.drives, fields, given)
         return {
             path: column[..., segments.rows] * most[path]
             for path, column in acts.items()
@@ -275,28 +276,3 @@ class Predictor:
             path: np.array([one[path] for one in found])[:, None, None]
             for path in found[0]
         }
-
-    def _row(
-        self,
-        robot: Kinematic,
-        integration: Integration,
-        state: Columns,
-        command: Columns,
-        steps: Floats,
-        count: int,
-    ) -> Columns:
-        h: Any = steps / count
-        try:
-            for _ in range(count):
-                rates = integration.mean(state, command, h)
-                gone = robot.advanced(state, command, h) if robot.advanced else None
-                state = ahead(state, rates, h)
-                if gone:
-                    state = Columns({**state, **gone})
-        except (TypeError, ValueError) as error:
-            raise ExperimentError(
-                f"{self.definition.__name__} cannot be computed with arrays ({error}); "
-                "write its mathematics with the functions of rems_net (cos, sin, "
-                "hypot) and without `if`. (R0862)"
-            ) from error
-        return state

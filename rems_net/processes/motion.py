@@ -7,7 +7,7 @@ import numpy as np
 
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.kinematic import Kinematic
-from rems_net.drivers.kinematic.swarm import Columns, ahead
+from rems_net.drivers.kinematic.swarm import Columns, ahead, moved
 from rems_net.maths.ukf import Floats
 
 
@@ -49,15 +49,11 @@ class Motion:
         return np.concatenate(found)
 
     def _move(self, state: Any, command: Any, dt: float) -> list[Any]:
-        robot, integration = self._robot, self._integration
         now = Columns(zip(self._states, state, strict=False))
         given = Columns(zip(self._commands, command, strict=True))
-        h = dt / integration.count
-        for _ in range(integration.count):
-            rates = integration.mean(now, given, h)
-            gone = robot.advanced(now, given, h) if robot.advanced else {}
-            now = Columns({**ahead(now, rates, h), **gone})
-        return [now[path] for path in self._states]
+        count = self._integration.count
+        then = moved(self._integration, now, given, dt, count)
+        return [then[path] for path in self._states]
 
     def _look(self, state: Any, command: Any, dt: float) -> list[Any]:
         assert self._robot.read is not None

@@ -87,15 +87,7 @@ class Swarm:
 
     def moved(self, state: Columns, command: Columns, dt: float) -> Columns:
         """Return the state after `dt` seconds of the command."""
-        first, integration = self.first, self.integration
-        h = dt / integration.count
-        for _ in range(integration.count):
-            mean = integration.mean(state, command, h)
-            gone = first.advanced(state, command, h) if first.advanced else None
-            state = ahead(state, mean, h)
-            if gone:
-                state = Columns({**state, **gone})
-        return state
+        return moved(self.integration, state, command, dt, self.integration.count)
 
     def _compare(self, state: Columns, command: Columns, h: float, dt: float) -> None:
         """Warn, once for the swarm, if steps are too long for one of its robots."""
@@ -163,6 +155,20 @@ def _gather(schema: Schema, values: Sequence[DefDict]) -> Columns:
     # One row of memory for each field: the same vector code for every swarm.
     columns = np.ascontiguousarray(gather(values).T)
     return Columns(zip(schema.paths, columns, strict=True))
+
+
+def moved(
+    integration: Integration, state: Columns, command: Columns, dt: Any, count: int
+) -> Columns:
+    """Return the state after `dt` seconds of the command, in `count` steps."""
+    advanced, h = integration.robot.advanced, dt / count
+    for _ in range(count):
+        rates = integration.mean(state, command, h)
+        gone = advanced(state, command, h) if advanced else None
+        state = ahead(state, rates, h)
+        if gone:
+            state = Columns({**state, **gone})
+    return state
 
 
 def ahead(state: Columns, rates: Mapping[str, Any], h: float) -> Columns:
