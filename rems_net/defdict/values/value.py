@@ -108,19 +108,6 @@ class DefDict(FixedMapping, Arithmetic):
         self.update(asked)
         return {path: self[path] for path in asked}
 
-    def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
-        """Return the numbers of all fields as a vector, or as a column (float64)."""
-        parts = []
-        for path, field, leaf in self._rows():
-            if not (field.numeric or field.dtype == "bool"):
-                raise FieldValueError(
-                    f"{self._schema.name}: {path!r} is {field.dtype}, not a number; "
-                    f"take a schema of the numbers first: schema.slice(...). (R0109)"
-                )
-            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
-        flat = np.concatenate(parts) if parts else np.empty(0)
-        return flat.reshape(-1, 1) if column else flat
-
     def from_array(self, numbers: Any) -> None:
         """Set all fields from a vector or a column of numbers; all or none."""
         found = np.asarray(numbers)
