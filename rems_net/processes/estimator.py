@@ -7,7 +7,7 @@ gyroscope shows how far the wheels really turned. No Jacobian is written by hand
 pose of a camera counts at the time of its picture: `past.py`.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import degrees, sqrt
 from typing import Any, ClassVar
 
@@ -36,6 +36,7 @@ from rems_net.events import warn
 from rems_net.maths import hypot
 from rems_net.maths.ukf import (
     Floats,
+    Less,
     Moments,
     points,
     predicted,
@@ -241,7 +242,7 @@ class Estimator(Process):
             ]
         )
 
-    def moments(self, values: Floats, less: Callable[[Any, Any], Any]) -> Moments:
+    def moments(self, values: Floats, less: Less) -> Moments:
         """Return the moments of values at the sigma points."""
         raise NotImplementedError
 
