@@ -45,11 +45,7 @@ class Outline:
 
     def meets(self, other: "Outline") -> bool:
         """Return whether the two overlap, on the floor and in height."""
-        if self.low >= other.high or other.low >= self.high:
-            return False
-        return not (_apart(self.corners, other.corners)) and not (
-            _apart(other.corners, self.corners)
-        )
+        return self.depth(other) >= TOUCH
 
     def depth(self, other: "Outline") -> float:
         """Return how far the two overlap, m: the shortest way out; 0 if apart."""
@@ -206,25 +202,13 @@ def _hull(points: Sequence[tuple[float, float]]) -> Array:
     return np.array(half(ordered) + half(reversed(ordered)) or ordered)
 
 
-def _apart(corners: Array, others: Array) -> bool:
-    """Return whether an edge of the first outline has all of the second outside."""
-    if not len(corners) or not len(others):
-        return True
-    nearest, outer = _beside(corners, others)
-    return bool((nearest > outer - TOUCH).any())
-
-
 def _overlap(corners: Array, others: Array) -> float:
     """Return how far the second outline is inside the first's nearest edge, m."""
     if not len(corners) or not len(others):
         return 0.0
-    nearest, outer = _beside(corners, others)
-    return float((outer - nearest).min())
-
-
-def _beside(corners: Array, others: Array) -> tuple[Array, Array]:
-    """Return, across each edge, the second outline's nearest corner, and the edge."""
     edges = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([edges[:, 1], -edges[:, 0]])
     normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True)) + 1e-300
-    return (normals @ others.T).min(axis=1), (normals * corners).sum(axis=1)
+    # Across each edge: the second outline's nearest corner, and the edge.
+    nearest, edge = (normals @ others.T).min(axis=1), (normals * corners).sum(axis=1)
+    return float((edge - nearest).min())
