@@ -106,8 +106,11 @@ class YoubotArm(Definition):
 
     def mechanisms(self) -> dict[str, Mechanism]:
         """Return the kinematics of the arm."""
+        return {"arm": self._chain()}
+
+    def _chain(self) -> UprightArm:
         limits = [(radians(low), radians(high)) for low, high in STOPS]
-        return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
+        return UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))
 
     def noise(self) -> dict[str, Noise]:
         """Return the noise of the sensors.
@@ -128,7 +131,7 @@ class YoubotArm(Definition):
 
     def body(self) -> Body:
         """Return the arm's body; without a base it is bolted to the floor."""
-        return arm(JOINTS, STOPS, PROPORTIONS, self.foot, self.parameters.joint_speed)
+        return arm(self._chain(), self.parameters.joint_speed)
 
     def webots(self) -> Devices:
         """Return the joints' names in Webots' Youbot.
