@@ -7,7 +7,6 @@ Its middle is `at` and its rotation `turn`, in the frame of its owner: a link, a
 or the place. `flat` is false if a view from above hides too much.
 """
 
-from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from rems_net.bodies.arena import WALL_PIECES, Arena
 from rems_net.bodies.body import Body
-from rems_net.bodies.joints import Joint, Slide
+from rems_net.bodies.joints import Slide
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
 from rems_net.bodies.sensors import Ray
 from rems_net.bodies.tree import Tree
@@ -93,8 +92,8 @@ def of_body(body: Body) -> dict[str, Any]:
     axis, and the state's field for its joint, times `ratio`. While all joints are at
     zero, all frames are parallel. A loop is: link, point on it, other link, point.
     """
-    joints = list(_joints(body.joints))
     tree = Tree(body)
+    joints = [link.stated for link in tree.links]  # wheels with their own axles
     solids = [
         {**_solid(part.shape, np.array(part.at)), "link": number}
         for number, parts in enumerate([body.parts, *(j.parts for j in joints)], -1)
@@ -138,13 +137,6 @@ def of_body(body: Body) -> dict[str, Any]:
             if isinstance(one, Ray)
         ],
     }
-
-
-def _joints(joints: Sequence[Joint]) -> Iterator[Joint]:
-    """Yield the joints in the order of a `Tree`, wheels with their own axles."""
-    for joint in joints:
-        yield joint
-        yield from _joints(joint.joints)
 
 
 def _corners(one: outline.Outline, heading: float = 0.0) -> list[list[float]]:
