@@ -252,8 +252,9 @@ class _Compiler:
         """Return a node as a function. Raises RemsError."""
         match node:
             case ast.Constant(bool() | int() | float() as given):
-                number = given if isinstance(given, bool) else float(given)
-                return Part(PLAIN, lambda now, before: number, "", given is number)
+                truth = isinstance(given, bool)
+                number = given if truth else float(given)
+                return Part(PLAIN, lambda now, before: number, "", truth)
             case ast.Constant(str(text)) if found := _QUANTITY.fullmatch(text):
                 return _quantity(float(found[1]), found[2] + found[3])
             case ast.Name() | ast.Attribute():
