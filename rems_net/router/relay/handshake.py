@@ -23,7 +23,7 @@ VERSION = 9
 #: modes by their number on the wire
 MODES = ("router", "peer", "client")
 
-_INIT, _OPEN, CLOSE = 0x01, 0x02, 0x03
+INIT, OPEN, CLOSE = 0x01, 0x02, 0x03
 _ID, _ACK, _SIZES = 0x1F, 0x20, 0x40
 #: headers of extensions: proofs; inside it, for passwords, number and digest
 _PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
@@ -113,7 +113,7 @@ def hello(batch: bytes) -> Hello:
     """Read an InitSyn. Raises HandshakeError if it is malformed or too long."""
     data = _Bytes(batch)
     header = data.byte()
-    if header & (_ID | _ACK) != _INIT or data.byte() != VERSION:
+    if header & (_ID | _ACK) != INIT or data.byte() != VERSION:
         raise HandshakeError("no InitSyn of protocol 9")
     flags = data.byte()
     if flags & 3 == 3:
@@ -146,7 +146,7 @@ def login(batch: bytes) -> Login | None:
     """Read the user of an OpenSyn; None for one without. Raises HandshakeError."""
     data = _Bytes(batch)
     header = data.byte()
-    if header & (_ID | _ACK) != _OPEN:
+    if header & (_ID | _ACK) != OPEN:
         raise HandshakeError("no OpenSyn")
     data.number()
     data.number()
@@ -175,14 +175,9 @@ def proves(login: Login, password: str, number: int) -> bool:
     return hmac.compare_digest(made, login.digest)
 
 
-def is_init_ack(batch: bytes) -> bool:
-    """Return whether the router goes on after an InitSyn."""
-    return bool(batch) and batch[0] & (_ID | _ACK) == _INIT | _ACK
-
-
-def is_open_ack(batch: bytes) -> bool:
-    """Return whether the router has let the client in."""
-    return bool(batch) and batch[0] & (_ID | _ACK) == _OPEN | _ACK
+def acks(batch: bytes, kind: int) -> bool:
+    """Return whether the router goes on after InitSyn (INIT), or OpenSyn (OPEN)."""
+    return bool(batch) and batch[0] & (_ID | _ACK) == kind | _ACK
 
 
 def framed(batch: bytes) -> bytes:
