@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.bodies.arena import WALL_PIECES, Arena
+from rems_net.bodies.arena import WALL_PIECES
 from rems_net.bodies.body import Body
 from rems_net.bodies.joints import Slide
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
@@ -78,11 +78,6 @@ def ghosts(scene: Scene) -> list[dict[str, Any]]:
         }
         for ghost in scene.ghosts
     ]
-
-
-def of_arena(arena: Arena) -> dict[str, Any]:
-    """Return the place of a robot that is alone."""
-    return {"radius": arena.radius, "height": arena.wall_height}
 
 
 def of_body(body: Body) -> dict[str, Any]:
