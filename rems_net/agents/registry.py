@@ -32,9 +32,9 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "plot": "rems_net.outputs.plot:PlotOutput",
     },
     "process": {
-        "ekf": "rems_net.processes.ekf:Ekf",
+        "ekf": "rems_net.processes.kalman:Ekf",
         "residual": "rems_net.processes.residual:Residual",
-        "ukf": "rems_net.processes.ukf:Ukf",
+        "ukf": "rems_net.processes.kalman:Ukf",
         "localise": "rems_net.processes.localise:Localise",
     },
     "world": {"world": "rems_net.agents.world:World"},

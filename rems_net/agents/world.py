@@ -95,7 +95,7 @@ class World(Agent):
         names = enumerate(self.scene.names)
         self._moving = [(i, name) for i, name in names if name not in still]
         for thing in self.scene.things:
-            self._tell(thing.name, thing.at, thing.rotation())
+            self._tell(thing.name, thing.at, thing.solid.turn)
 
     def schemas(self) -> dict[str, Schema]:
         """Return a schema for everything that has a name."""

@@ -23,12 +23,13 @@ STRIDE = 0.1
 class Link:
     """The link that one joint moves.
 
-    joint: as engines build it, see `across`
+    joint: as engines build it, see `across`      stated: as the body has it
     parent: number of the link that carries it; -1 for the body itself
     ratio: motion of the joint per motion commanded
     """
 
     joint: Joint
+    stated: Joint
     parent: int
     ratio: float
 
@@ -164,9 +165,9 @@ def _links(joints: Sequence[Joint], parent: int, met: list[int]) -> Iterator[Lin
         number = met[0]
         met[0] += 1
         if isinstance(joint, Hinge) and joint.rollers is not None:
-            yield Link(across(joint), parent, joint.ratio * abs(joint.grip))
+            yield Link(across(joint), joint, parent, joint.ratio * abs(joint.grip))
         else:
-            yield Link(joint, parent, joint.ratio)
+            yield Link(joint, joint, parent, joint.ratio)
         yield from _links(joint.joints, number, met)
 
 

@@ -36,8 +36,7 @@ from rems_net.defdict.fields.makers import (
     velocity,
     voltage,
 )
-from rems_net.defdict.rule import rule
-from rems_net.defdict.schema import Schema, merge_schemas
+from rems_net.defdict.schema import Schema, merge_schemas, rule
 from rems_net.defdict.values.classes import (
     anew as anew,
     changed as changed,

@@ -20,7 +20,7 @@ from rems_net import maths
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.schema import Schema
 from rems_net.defdict.units.unit import find_unit, unyt_unit
-from rems_net.errors import ExperimentError, RemsError, UnknownFieldError, nearest, some
+from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 
 #: key of a port, and path of a field in it
 Place = tuple[str, str]
@@ -35,8 +35,6 @@ _QUANTITY = re.compile(
 )
 #: characters of an expression
 LONGEST = 1000
-#: how names of quantities begin while the text is parsed
-_HELD = "quantity__"
 
 
 class Names:
@@ -176,7 +174,6 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
     lasting: for values of all ticks of a run, with functions over them; otherwise,
     `before.x` is the value a step ago.
     """
-    found: list[Part] = []
     if not isinstance(text, str) or len(text) > LONGEST:
         hint = (
             "; a function is a method of a class below Task" if callable(text) else ""
@@ -185,19 +182,14 @@ def compiled(text: str, names: Names, *, lasting: bool = False) -> Expression:
             f"it is no text of at most {LONGEST} characters{hint} (R0925)"
         )
 
-    def keep(match: re.Match[str]) -> str:
-        found.append(_quantity(float(match[1]), match[2] + match[3]))
-        return f"({_HELD}{len(found) - 1})"
-
     try:
-        tree = ast.parse(_QUANTITY.sub(keep, text).strip(), mode="eval").body
-    except RemsError:  # of a unit
-        raise
+        # Python has no quantities, so they are parsed as texts.
+        tree = ast.parse(_QUANTITY.sub(r"'\g<0>'", text).strip(), mode="eval").body
     except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
         alone = re.search(r"[^=<>!]=[^=]", text)
         hint = "; == compares" if alone else ""
         raise ExperimentError(f"it is no expression{hint} (R0925)") from None
-    compiler = _Compiler(names, found, lasting)
+    compiler = _Compiler(names, lasting)
     part = compiler.part(tree)
     places = [*compiler.places]
     value = _finished(part.value)
@@ -251,8 +243,8 @@ def _text(dimension: Dimension) -> str:
 
 
 class _Compiler:
-    def __init__(self, names: Names, held: Sequence[Part], lasting: bool):
-        self._names, self._held, self._lasting = names, held, lasting
+    def __init__(self, names: Names, lasting: bool):
+        self._names, self._lasting = names, lasting
         self.places: dict[Place, None] = {}
         self.lasts = False
 
@@ -260,8 +252,11 @@ class _Compiler:
         """Return a node as a function. Raises RemsError."""
         match node:
             case ast.Constant(bool() | int() | float() as given):
-                number = given if isinstance(given, bool) else float(given)
-                return Part(PLAIN, lambda now, before: number, "", given is number)
+                truth = isinstance(given, bool)
+                number = given if truth else float(given)
+                return Part(PLAIN, lambda now, before: number, "", truth)
+            case ast.Constant(str(text)) if found := _QUANTITY.fullmatch(text):
+                return _quantity(float(found[1]), found[2] + found[3])
             case ast.Name() | ast.Attribute():
                 return self._name(node)
             case ast.Subscript(ast.Name() | ast.Attribute(), ast.Constant(int())):
@@ -288,8 +283,6 @@ class _Compiler:
 
     def _name(self, node: ast.expr, element: int | None = None) -> Part:
         text = ast.unparse(node)
-        if text.startswith(_HELD):
-            return self._held[int(text.removeprefix(_HELD))]
         past = text.startswith("before.") and not self._lasting
         name = text.removeprefix("before.") if past else text
         port, path, field = self._names.find(name)
@@ -410,8 +403,8 @@ def _never(node: ast.expr) -> ExperimentError:
 
 
 def _shown(node: ast.expr) -> str:
-    """Return the text of a piece, with dots for quantities, and shortened."""
-    return re.sub(rf"\(?{_HELD}\d+\)?", "...", ast.unparse(node))[:60]
+    """Return the text of a piece, shortened, with quantities as they were typed."""
+    return ast.unparse(node).replace("'", "")[:60]
 
 
 def _product(a: Part, b: Part, sign: int) -> Dimension:

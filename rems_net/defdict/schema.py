@@ -1,4 +1,4 @@
-"""A schema: a frozen, ordered set of fields, and the maker of DefDicts.
+"""A schema: a frozen, ordered set of fields, and the maker of DefDicts and rules.
 
 command = Schema("woodbot.command", {
     "wheel": {
@@ -206,3 +206,44 @@ def _moved(path: str, new: Mapping[str, str]) -> str:
         if head in new:
             return "/".join([new[head], *chunks[end:]])
     return path
+
+
+def rule(
+    needs: Schema | Mapping[str, Any],
+    gives: Schema | Mapping[str, Any],
+    *,
+    inverse: Callable[[Any], Any] | None = None,
+    name: str = "",
+) -> Callable[[Callable[[Any], Any]], Rule]:
+    """Make a rule of the function below it.
+
+    @rule(needs={"up": boolean(), "down": boolean()}, gives={"speed": percent()})
+    def keys_to_speed(keys):
+        return {"speed": 50 * (keys.up - keys.down)}
+    """
+
+    def make(function: Callable[[Any], Any]) -> Rule:
+        if not callable(function):
+            raise SchemaError(
+                f"@rule(...) stands above a function, not {function!r}. (R0116)"
+            )
+        called = name or getattr(function, "__name__", "rule")
+        return Rule(
+            called,
+            _of_rule(f"{called}.needs", needs),
+            _of_rule(f"{called}.gives", gives),
+            function,
+            inverse,
+        )
+
+    return make
+
+
+def _of_rule(name: str, given: Schema | Mapping[str, Any]) -> Schema:
+    made = given if isinstance(given, Schema) else Schema(name, given)
+    if not made.paths:
+        raise SchemaError(
+            f"{name}: a rule names at least one field, such as "
+            f"{{'x': length()}}. (R0116)"
+        )
+    return made

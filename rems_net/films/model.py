@@ -23,7 +23,7 @@ from rems_net.drivers.physics.pictures.dress import add_light
 from rems_net.drivers.physics.pictures.painter import Painter
 from rems_net.kinematics.pose import Pose
 from rems_net.libraries import load
-from rems_net.scenes.rays import upright
+from rems_net.scenes.scene import upright
 
 Scene = Mapping[str, Any]
 #: red, green, blue and opacity, 0 to 1

@@ -113,10 +113,9 @@ class Problem:
         self.fields = list(segments.read)
         self.read = np.array([*segments.read.values()])  # (m, S, L + 1)
         self.starts = self.read[:, :, 0].copy()
-        self.sigma = np.ones(len(self.fields))
         spread = self.read.std(axis=2).mean(axis=1) + 1e-9
-        self.sigma *= np.maximum(spread, STILL * spread.max())
-        self._scales = self.sigma.copy()
+        self._scales = np.maximum(spread, STILL * spread.max())
+        self.sigma = self._scales
         #: where the last search has ended: parameters, weights, and slopes there
         self._end: tuple[Floats, Floats, tuple[Floats, Floats, Floats]] | None = None
 

@@ -10,18 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from rems_net.bodies.actuators import followed, shaped
+from rems_net.bodies.actuators import GROUP, followed, shaped
 from rems_net.identification.drive import Drive, Floats
 from rems_net.maths import exp
 
 
 def acting(
-    drives: Sequence[Drive], fields: Sequence[str], given: Mapping[str, Any], group: str
+    drives: Sequence[Drive], fields: Sequence[str], given: Mapping[str, Any]
 ) -> dict[str, Floats]:
     """Return what acts, by field, (K or 1, rows of all drives), as shares of limits.
 
-    fields: that motors obey      given: the motors' parameters by `group`/name: numbers
-    or (K, 1)
+    fields: that motors obey      given: the motors' parameters: numbers or (K, 1)
     """
     asked = {
         path: np.concatenate([drive.command[path] for drive in drives])[None]
@@ -30,8 +29,8 @@ def acting(
     if not fields:
         return asked
     names = ("lag", "delay", "dead_band")
-    lag, delay, band = (np.atleast_2d(given[f"{group}/{name}"]) for name in names)
-    gains = {path: np.atleast_2d(given[f"{group}/gain/{path}"]) for path in fields}
+    lag, delay, band = (np.atleast_2d(given[f"{GROUP}/{name}"]) for name in names)
+    gains = {path: np.atleast_2d(given[f"{GROUP}/gain/{path}"]) for path in fields}
     if not (lag.any() or delay.any()):
         return asked | {p: shaped(asked[p], band, gains[p]) for p in fields}
     columns: dict[str, list[Floats]] = {path: [] for path in fields}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.agents.robot import Definition, combine
-from rems_net.bodies.actuators import GROUP, driven
+from rems_net.bodies.actuators import driven
 from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.integration import Integration
 from rems_net.drivers.kinematic.kinematic import Kinematic
@@ -123,14 +123,8 @@ class Predictor:
     #: whether it can make one step of Euler's rule a row
     steps: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        definition: type[Definition],
-        base: Mapping[str, Any],
-        *,
-        euler: bool = False,
-    ):
-        self.definition, self.base, self.euler = definition, dict(base), euler
+    def __init__(self, definition: type[Definition], base: Mapping[str, Any]):
+        self.definition, self.base, self.euler = definition, dict(base), False
         #: whether its mathematics takes arrays of parameters; None: not tried yet
         self.together: bool | None = None
 
@@ -261,7 +255,7 @@ class Predictor:
         most = self._limits(values)
         fields = driven(self.plain.parameters.schema)
         given = robot.__dict__["parameters"]
-        acts = acting(segments.drives, fields, given, GROUP)
+        acts = acting(segments.drives, fields, given)
         return {
             path: column[..., segments.rows] * most[path]
             for path, column in acts.items()

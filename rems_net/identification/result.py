@@ -1,6 +1,6 @@
 """Result: what an identification found, with units and intervals."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
@@ -11,6 +11,7 @@ from rems_net.errors import ExperimentError
 from rems_net.identification.noise import SensorNoise
 from rems_net.identification.suggest import Suggestion
 from rems_net.recordings.parameters.identified import Origin, write_identified
+from rems_net.recordings.table import aligned
 
 #: columns of a terminal
 WIDE = 79
@@ -116,7 +117,7 @@ class Identified:
                 )
             else:
                 sentences.append(f"{one.name} stays {one.text(one.before)}: {one.why}.")
-        lines += _table(rows) if len(rows) > 1 else []
+        lines += aligned(rows) if len(rows) > 1 else []
         lines += _wrapped(sentences)
         errors = [
             (path, _shown(self.before[path], unit), _shown(self.after[path], unit))
@@ -128,7 +129,7 @@ class Identified:
                 f"prediction over {self.seconds:.1f} s that were not used, root mean "
                 "square"
             )
-            lines += _table([("error of", "was", "is"), *errors])
+            lines += aligned([("error of", "was", "is"), *errors])
         lines += _wrapped(
             [
                 *(f"Note: {note}." for note in self.notes),
@@ -143,15 +144,6 @@ class Identified:
         else:
             lines.append("The parameters as they are predict best; change nothing.")
         return lines
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return lines with aligned columns."""
-    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join([first.ljust(wide[0]), *map(str.rjust, rest, wide[1:])])
-        for first, *rest in rows
-    ]
 
 
 def _wrapped(sentences: Iterable[str]) -> list[str]:

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.rotation import UNTURNED, Array, Nine, Three
 from rems_net.kinematics.solver import Fit, fit
 from rems_net.kinematics.target import RADIAN, Target
+from rems_net.kinematics.wheels import Wheels
 from rems_net.maths import atan2
 
 #: m. A target is reached if the error is at most this; a radian counts as `RADIAN`.
@@ -53,6 +54,7 @@ class Arm(ABC):
     joints: their paths      low, high: (n,) rad
     """
 
+    #: whether it is an arm, and no base
     poses = True
 
     def __init__(self, joints: Sequence[str], limits: Sequence[tuple[float, float]]):
@@ -261,6 +263,10 @@ class Arm(ABC):
             away,
             off,
         )
+
+
+#: an arm, whose joints bring its tool to a pose, or a base, whose wheels drive it
+Mechanism: TypeAlias = Arm | Wheels
 
 
 def _way(q: Array, start: Array) -> float:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rems_net.errors import FieldValueError, nearest
-from rems_net.kinematics.mechanism import Mechanism
+
+if TYPE_CHECKING:  # definitions without a mechanism do not need it
+    from rems_net.kinematics.arm import Mechanism
 
 
 class Articulated:
@@ -14,7 +16,7 @@ class Articulated:
     The functions only compute; nothing moves. See docs/kinematics.md.
     """
 
-    def mechanisms(self) -> Mapping[str, Mechanism]:
+    def mechanisms(self) -> "Mapping[str, Mechanism]":
         """Return the mechanisms with known kinematics, by name: an arm, a base."""
         return {}
 
@@ -62,10 +64,10 @@ class Articulated:
         return mechanism.ik(goal, **more)
 
     @cached_property
-    def _mechanisms(self) -> Mapping[str, Mechanism]:
+    def _mechanisms(self) -> "Mapping[str, Mechanism]":
         return self.mechanisms()
 
-    def _mechanism(self, name: str) -> Mechanism:
+    def _mechanism(self, name: str) -> "Mechanism":
         have = self._mechanisms
         if not name and len(have) == 1:
             return next(iter(have.values()))
@@ -78,7 +80,7 @@ class Articulated:
         return have[name]
 
     def _joints(
-        self, mechanism: Mechanism, given: Mapping[str, Any] | None
+        self, mechanism: "Mechanism", given: Mapping[str, Any] | None
     ) -> list[float]:
         """Return a mechanism's joints: the present ones, or as given, in any unit."""
         own = self.__dict__

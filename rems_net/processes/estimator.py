@@ -7,7 +7,7 @@ gyroscope shows how far the wheels really turned. No Jacobian is written by hand
 pose of a camera counts at the time of its picture: `past.py`.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import degrees, sqrt
 from typing import Any, ClassVar
 
@@ -28,7 +28,6 @@ from rems_net.defdict import (
     text,
     time,
 )
-from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.drivers.noise import table
 from rems_net.errors import ExperimentError
@@ -36,6 +35,7 @@ from rems_net.events import warn
 from rems_net.maths import hypot
 from rems_net.maths.ukf import (
     Floats,
+    Less,
     Moments,
     points,
     predicted,
@@ -44,7 +44,7 @@ from rems_net.maths.ukf import (
 )
 from rems_net.processes import localise
 from rems_net.processes.fields import Turns, field_of, odd, pairs
-from rems_net.processes.model import model_of, noises
+from rems_net.processes.model import command_of, model_of, noises
 from rems_net.processes.motion import Motion
 from rems_net.processes.past import KEPT, Belief, Past, Poses, Seen, Span
 
@@ -190,7 +190,6 @@ class Estimator(Process):
                     f"{self.options.definition}. (R0881)"
                 )
         self._motion = Motion(self.model, self._used)
-        self._ranges = limits(self.command.schema)
 
     def step(self, tick: Tick) -> None:
         """Predict with the command, correct with sensors and pose, and publish."""
@@ -198,9 +197,8 @@ class Estimator(Process):
         # The same numbers again are an old reading.
         new = np.array(readings) if readings != self._old else None
         self._old, dt = readings, tick.dt
-        self._belief = self._past.add(
-            Span(tick.t, dt, dt, self._command(), self._belief, new)
-        )
+        command = np.array([*command_of(self.model, self.command).values()])
+        self._belief = self._past.add(Span(tick.t, dt, dt, command, self._belief, new))
         if "pose" in runtime(self).sources:
             self._look(tick)
         self._publish()
@@ -231,17 +229,7 @@ class Estimator(Process):
     def _count(self) -> int:
         return len(self._paths) + len(self._offsets)
 
-    def _command(self) -> Floats:
-        """Return the command: the same shares of the limits as the robot's."""
-        ours = limits(self.model.command.schema)
-        return np.array(
-            [
-                float(self.command[p]) / self._ranges[p] * most
-                for p, most in ours.items()
-            ]
-        )
-
-    def moments(self, values: Floats, less: Callable[[Any, Any], Any]) -> Moments:
+    def moments(self, values: Floats, less: Less) -> Moments:
         """Return the moments of values at the sigma points."""
         raise NotImplementedError
 

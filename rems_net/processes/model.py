@@ -4,7 +4,8 @@ from rems_net.agents.agent import Process
 from rems_net.agents.parts import find
 from rems_net.agents.robot import Definition, combine
 from rems_net.bodies.noise import Noise
-from rems_net.defdict import parse_quantity
+from rems_net.defdict import DefDict, parse_quantity
+from rems_net.drivers.kinematic.correction import limits
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.drivers.noise import table
 from rems_net.errors import ExperimentError
@@ -38,6 +39,12 @@ def model_of(process: Process) -> Kinematic:
     assert isinstance(robot, Kinematic)
     robot.integration.told = "silent"  # the robot itself warns of long steps
     return robot
+
+
+def command_of(robot: Kinematic, command: DefDict) -> dict[str, float]:
+    """Return a robot's command for its model: the same shares of the limits."""
+    ours, theirs = limits(robot.command.schema), limits(command.schema)
+    return {p: float(command[p]) / theirs[p] * most for p, most in ours.items()}
 
 
 def noises(process: Process, robot: Kinematic) -> dict[str, Noise]:

@@ -27,7 +27,6 @@ from rems_net.drivers.kinematic.correction import (
     Network,
     Weights,
     go,
-    limits,
     local,
     pose,
     probe,
@@ -38,7 +37,7 @@ from rems_net.errors import ExperimentError
 from rems_net.events import warn
 from rems_net.processes.gate import Gate
 from rems_net.processes.learner import Learner, train
-from rems_net.processes.model import model_of
+from rems_net.processes.model import command_of, model_of
 
 #: Share of full speed. A step that is so far from the prediction was no drive: somebody
 #: has lifted the robot, or its pose was lost.
@@ -131,7 +130,7 @@ class Residual(Process):
         """Compare the step with its predictions, then learn from it."""
         if self._gate is None:
             self._begin(tick.dt)
-        given = self.memory.add(self._command())
+        given = self.memory.add(command_of(self.model, self.command))
         before, now = self._before, pose(self.state)
         self._before = now
         if before is not None and not self._off:
@@ -168,15 +167,6 @@ class Residual(Process):
         taps = self.options.taps
         self._width = max(1, round(self.options.memory / taps / step))
         self.memory = Memory(self.model.command.schema, taps, self._width)
-        self._ranges = limits(self.command.schema)
-
-    def _command(self) -> dict[str, float]:
-        """Return the robot's command for the model: the same shares of its limits."""
-        ours = self.memory.limits
-        return {
-            path: float(self.command[path]) / self._ranges[path] * most
-            for path, most in ours.items()
-        }
 
     def _take(
         self, given: Any, before: tuple[float, ...], now: tuple[float, ...], dt: float
@@ -204,7 +194,7 @@ class Residual(Process):
         model.state = {
             path: self.state[path] for path in model.state if path in self.state
         } | dict(zip(POSE, before, strict=True))
-        go(model, self._command(), dt)
+        go(model, command_of(model, self.command), dt)
         return np.array(local(before, pose(model.state)))
 
     def _learn(self, given: Any, read: Any) -> None:

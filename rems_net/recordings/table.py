@@ -121,12 +121,16 @@ class Table(dict[str, np.ndarray[Any, Any]]):
                 ends += [values.min(), values.max()]
             cells = [_show(value) for value in ends] + [""] * (4 - len(ends))
             lines.append((heading, *cells))
-        wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        shown = [f"{rows} rows"]
-        for name, *cells in lines:
-            right = map(str.rjust, cells, wide[1:])
-            shown.append("  ".join([name.ljust(wide[0]), *right]).rstrip())
-        return "\n".join(shown)
+        return "\n".join([f"{rows} rows", *aligned(lines)])
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return lines of columns: the first to the left, the others to the right."""
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join([first.ljust(wide[0]), *map(str.rjust, rest, wide[1:])]).rstrip()
+        for first, *rest in rows
+    ]
 
 
 def _field(column: Column) -> Field:

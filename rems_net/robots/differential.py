@@ -31,8 +31,7 @@ from rems_net.defdict import (
     torque,
 )
 from rems_net.errors import SchemaError, nearest
-from rems_net.kinematics.mechanism import Mechanism
-from rems_net.kinematics.wheels import differential
+from rems_net.kinematics.wheels import Wheels, differential
 from rems_net.maths import sincos
 from rems_net.robots.pose import pose
 from rems_net.robots.sensing import read
@@ -148,7 +147,7 @@ class Differential(Definition):
         faster = command["wheel/right"] - command["wheel/left"]
         return p.wheel_radius * faster / p[self.turning_track]
 
-    def mechanisms(self) -> dict[str, Mechanism]:
+    def mechanisms(self) -> dict[str, Wheels]:
         """Return the kinematics of the wheels."""
         p = self.parameters
         wheels, track = ("wheel/left", "wheel/right"), p[self.turning_track]

@@ -10,7 +10,6 @@ from rems_net.bodies.body import Body, Box, Part, Tachometer
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, ratio
 from rems_net.kinematics.fivebar import FiveBarArm
-from rems_net.kinematics.mechanism import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.robots import limb
@@ -99,9 +98,9 @@ class Scaler(Definition):
                 read[f"{arm}/velocity/{joint}"] = going
         return read
 
-    def mechanisms(self) -> dict[str, Mechanism]:
+    def mechanisms(self) -> dict[str, FiveBarArm]:
         """Return the kinematics of the arms; their tools are the grippers."""
-        arms: dict[str, Mechanism] = {}
+        arms: dict[str, FiveBarArm] = {}
         for arm in self.arms:
             x, y, turn = limb.SHOULDERS[arm]
             arms[arm] = FiveBarArm(

@@ -55,9 +55,11 @@ def folder() -> Path:
         status = made.lstat()
     except OSError as error:
         where = f"{VARIABLE} is {given!r}, and" if given else "In the temporary folder,"
+        todo = f", or type: unset {VARIABLE}" if given else "."
         raise FabricError(
             f"{where} no folder for the notes of routers can be made there: "
-            f"{error.strerror or error}. {_elsewhere(bool(given))} (R0612)"
+            f"{error.strerror or error}. Set {VARIABLE} to a folder of your own{todo} "
+            "(R0612)"
         ) from None
     _check(made, status)
     return made
@@ -66,12 +68,6 @@ def folder() -> Path:
 def _mark() -> str:
     """Return a suffix that keeps users apart in a shared temporary folder."""
     return f"-{os.getuid()}" if hasattr(os, "getuid") else ""
-
-
-def _elsewhere(given: bool) -> str:
-    if given:
-        return f"Set {VARIABLE} to a folder of your own, or type: unset {VARIABLE}"
-    return f"Set {VARIABLE} to a folder of your own."
 
 
 def _check(path: Path, status: os.stat_result) -> None:

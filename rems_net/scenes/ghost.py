@@ -6,7 +6,8 @@ from rems_net.bodies.body import Body
 from rems_net.bodies.parts import Array
 from rems_net.scenes import outline, rays
 from rems_net.scenes.outline import TOUCH, Outline, Pose
-from rems_net.scenes.rays import Look, Solid
+from rems_net.scenes.rays import Look
+from rems_net.scenes.scene import Solid, solids_of
 
 #: m. A ghost that is further inside a robot is reported, and an engine does not push
 #: them apart: it would throw the robot away.
@@ -23,7 +24,7 @@ class Ghost:
     def __init__(self, name: str, body: Body):
         self.name, self.body = name, body
         self.outline = outline.of_body(body)
-        self.solids = rays.of_body(body)
+        self.solids = solids_of(body)
         self.pose: Pose | None = None
         self.touches = False
 

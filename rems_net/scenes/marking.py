@@ -70,7 +70,7 @@ def in_scene(values: Iterable[DefDict], scene: Scene) -> Scene:
                 )
             number = names.index(name)
             thing = scene.things[number]
-            lift += outline.of_thing(thing).high - thing.at[2]
+            lift += outline.of_solid(thing.solid).high - thing.at[2]
         if number < 0 or not value["height"]:
             found.append((number, read(value, -lift)))
         else:

@@ -12,7 +12,7 @@ from rems_net.bodies.tree import Tree
 from rems_net.libraries import load
 from rems_net.maths import atan2, hypot
 from rems_net.scenes import outline
-from rems_net.scenes.scene import Scene
+from rems_net.scenes.scene import Scene, upright
 
 #: MuJoCo's numbers of shapes
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = 2, 3, 4, 5, 6, 7
@@ -45,10 +45,8 @@ def of_model(scene: Scene) -> dict[str, Any]:
         number = model.body(name).id
         at, turn = data.xpos[number], data.xmat[number].reshape(3, 3)
         heading = float(atan2(turn[1, 0], turn[0, 0]))
-        s, c = np.sin(heading), np.cos(heading)
-        level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         geoms = np.flatnonzero(model.body_rootid[model.geom_bodyid] == number).tolist()
-        points = shapes.points(geoms, at, level)
+        points = shapes.points(geoms, at, upright(heading))
         for one in outline.outline_of(points, joined=True):
             things.append(
                 {

@@ -3,20 +3,18 @@
 An outline is convex, as a rubber band around the thing would be, seen from above.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
 
 import numpy as np
 
-from rems_net.bodies.arena import Wall
 from rems_net.bodies.body import Body
-from rems_net.bodies.parts import Array, Box, Cylinder, Part, Shape, Sphere
-from rems_net.bodies.tree import Tree
+from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
 from rems_net.errors import AgentError, SchemaError
 from rems_net.maths import sincos
-from rems_net.scenes.scene import Scene, Thing
+from rems_net.scenes.scene import Scene, Solid, solid_of, solids_of
 
 #: corners of the polygon that stands for a circle
 ROUND = 16
@@ -47,11 +45,7 @@ class Outline:
 
     def meets(self, other: "Outline") -> bool:
         """Return whether the two overlap, on the floor and in height."""
-        if self.low >= other.high or other.low >= self.high:
-            return False
-        return not (_apart(self.corners, other.corners)) and not (
-            _apart(other.corners, self.corners)
-        )
+        return self.depth(other) >= TOUCH
 
     def depth(self, other: "Outline") -> float:
         """Return how far the two overlap, m: the shortest way out; 0 if apart."""
@@ -68,31 +62,21 @@ class Outline:
 
 def of_body(body: Body) -> Outline:
     """Return the outline of a robot's parts that can touch anything, joints at zero."""
-    points = list(_points(body.parts, np.zeros(3), np.eye(3)))
-    tree = Tree(body)
-    places, turns = tree.places([0.0] * len(tree.links))
-    for link, at, turn in zip(tree.links, places, turns, strict=True):
-        points += _points(link.joint.parts, at, turn)
+    points = [corners(one.shape, one.at, one.turn) for one in solids_of(body)]
     return _outline(points, body.height)
 
 
-def of_wall(wall: Wall) -> Outline:
-    """Return the outline of a wall."""
-    s, c = sincos(wall.yaw)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return _outline([corners(Box(wall.size), np.array(wall.at), turn)], 0.0)
-
-
-def of_thing(thing: Thing) -> Outline:
-    """Return the outline of a thing, at its place in the scene."""
-    return _outline([corners(thing.shape, np.array(thing.at), thing.rotation())], 0.0)
+def of_solid(solid: Solid) -> Outline:
+    """Return the outline of a wall or a thing, at its place in the scene."""
+    return _outline([corners(solid.shape, solid.at, solid.turn)], 0.0)
 
 
 @lru_cache(maxsize=16)  # each reset of a world looks
 def of_scene(scene: Scene) -> tuple[tuple[str, Outline], ...]:
     """Return the outlines of a scene, with their names: `a wall` or `'crate'`."""
-    walls = [("a wall", of_wall(wall)) for wall in scene.walls]
-    return (*walls, *((repr(thing.name), of_thing(thing)) for thing in scene.things))
+    walls = [("a wall", of_solid(solid_of(wall))) for wall in scene.walls]
+    things = [(repr(one.name), of_solid(one.solid)) for one in scene.things]
+    return (*walls, *things)
 
 
 def met(mine: Outline, others: Iterable[tuple[str, Outline]]) -> str:
@@ -152,12 +136,6 @@ def _free(body: Outline, there: Sequence[tuple[str, Outline]]) -> str:
             if not met(body.at(place), there):
                 return f"{{ x = {place[0]}, y = {place[1]} }}"
     return "{ x = 1.0, y = 1.0 }"
-
-
-def _points(parts: Sequence[Part], at: Array, turn: Array) -> Iterator[Array]:
-    for part in parts:
-        if part.friction is not None:
-            yield corners(part.shape, at + turn @ np.array(part.at), turn)
 
 
 def outline_of(shapes: Sequence[Array], *, joined: bool) -> list[list[list[float]]]:
@@ -224,25 +202,13 @@ def _hull(points: Sequence[tuple[float, float]]) -> Array:
     return np.array(half(ordered) + half(reversed(ordered)) or ordered)
 
 
-def _apart(corners: Array, others: Array) -> bool:
-    """Return whether an edge of the first outline has all of the second outside."""
-    if not len(corners) or not len(others):
-        return True
-    nearest, outer = _beside(corners, others)
-    return bool((nearest > outer - TOUCH).any())
-
-
 def _overlap(corners: Array, others: Array) -> float:
     """Return how far the second outline is inside the first's nearest edge, m."""
     if not len(corners) or not len(others):
         return 0.0
-    nearest, outer = _beside(corners, others)
-    return float((outer - nearest).min())
-
-
-def _beside(corners: Array, others: Array) -> tuple[Array, Array]:
-    """Return, across each edge, the second outline's nearest corner, and the edge."""
     edges = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([edges[:, 1], -edges[:, 0]])
     normals /= np.sqrt((normals**2).sum(axis=1, keepdims=True)) + 1e-300
-    return (normals @ others.T).min(axis=1), (normals * corners).sum(axis=1)
+    # Across each edge: the second outline's nearest corner, and the edge.
+    nearest, edge = (normals @ others.T).min(axis=1), (normals * corners).sum(axis=1)
+    return float((edge - nearest).min())

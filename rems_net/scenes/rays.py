@@ -1,67 +1,17 @@
 """Rays: distances from a point to solids along a line, without any engine."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
 
 from rems_net.bodies.body import Body, Ray, Switch
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere, Vector
-from rems_net.bodies.tree import Tree
-from rems_net.maths import sincos
 from rems_net.scenes.outline import Pose
-from rems_net.scenes.scene import Scene
+from rems_net.scenes.scene import Solid, upright
 
 #: stands for a direction's component of 0, to avoid a division by 0
 LITTLE = 1e-12
-
-
-@dataclass(frozen=True, slots=True)
-class Solid:
-    """A shape at its place: its middle (3,) in m, its rotation (3, 3)."""
-
-    shape: Shape
-    at: Array
-    turn: Array
-
-    def moved(self, at: Array, turn: Array) -> "Solid":
-        """Return the solid in the world, if its frame has this pose."""
-        return Solid(self.shape, at + turn @ self.at, turn @ self.turn)
-
-
-def of_body(body: Body) -> list[Solid]:
-    """Return a robot's shapes that can touch, in its own frame, joints at zero."""
-    tree = Tree(body)
-    places, turns = tree.places([0.0] * len(tree.links))
-    links = zip(tree.links, places, turns, strict=True)
-    each = [(body.parts, np.zeros(3), np.eye(3))]
-    each += [(link.joint.parts, at, turn) for link, at, turn in links]
-    return [
-        Solid(part.shape, at + turn @ np.array(part.at), turn)
-        for parts, at, turn in each
-        for part in parts
-        if part.friction is not None
-    ]
-
-
-def of_scene(scene: Scene) -> list[Solid]:
-    """Return the walls and the things of a scene."""
-    walls = [
-        Solid(Box(wall.size), np.array(wall.at), upright(wall.yaw))
-        for wall in scene.walls
-    ]
-    things = [
-        Solid(thing.shape, np.array(thing.at), thing.rotation())
-        for thing in scene.things
-    ]
-    return walls + things
-
-
-def upright(heading: float) -> Array:
-    """Return the rotation (3, 3) about z."""
-    s, c = sincos(heading)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def stand(pose: Pose, height: float) -> tuple[Array, Array]:

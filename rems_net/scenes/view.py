@@ -7,20 +7,19 @@ Its middle is `at` and its rotation `turn`, in the frame of its owner: a link, a
 or the place. `flat` is false if a view from above hides too much.
 """
 
-from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from rems_net.bodies.arena import WALL_PIECES, Arena
+from rems_net.bodies.arena import WALL_PIECES
 from rems_net.bodies.body import Body
-from rems_net.bodies.joints import Joint, Slide
+from rems_net.bodies.joints import Slide
 from rems_net.bodies.parts import Array, Box, Cylinder, Shape, Sphere
 from rems_net.bodies.sensors import Ray
 from rems_net.bodies.tree import Tree
-from rems_net.scenes import outline, rays
-from rems_net.scenes.scene import Scene
+from rems_net.scenes import outline
+from rems_net.scenes.scene import Scene, solid_of
 
 #: digits behind the point: a tenth of a millimetre
 DIGITS = 4
@@ -40,18 +39,16 @@ def of_scene(scene: Scene) -> dict[str, Any]:
         "flat": not any(thing.pitch for thing in scene.things),
         "walls": [
             {
-                "outline": _corners(outline.of_wall(wall)),
-                "solids": [
-                    _solid(Box(wall.size), np.array(wall.at), rays.upright(wall.yaw))
-                ],
+                "outline": _corners(outline.of_solid(wall)),
+                "solids": [_solid(wall.shape, wall.at, wall.turn)],
             }
-            for wall in walls
+            for wall in map(solid_of, walls)
         ],
         "things": [
             {
                 "name": thing.name,
                 "outline": _corners(
-                    outline.of_thing(thing).at((-thing.at[0], -thing.at[1], 0.0)),
+                    outline.of_solid(thing.solid).at((-thing.at[0], -thing.at[1], 0.0)),
                     thing.heading,
                 ),
                 "solids": [_solid(thing.shape)],
@@ -83,11 +80,6 @@ def ghosts(scene: Scene) -> list[dict[str, Any]]:
     ]
 
 
-def of_arena(arena: Arena) -> dict[str, Any]:
-    """Return the place of a robot that is alone."""
-    return {"radius": arena.radius, "height": arena.wall_height}
-
-
 def of_body(body: Body) -> dict[str, Any]:
     """Return a robot's outline, its links with their solids, and its rays.
 
@@ -95,8 +87,8 @@ def of_body(body: Body) -> dict[str, Any]:
     axis, and the state's field for its joint, times `ratio`. While all joints are at
     zero, all frames are parallel. A loop is: link, point on it, other link, point.
     """
-    joints = list(_joints(body.joints))
     tree = Tree(body)
+    joints = [link.stated for link in tree.links]  # wheels with their own axles
     solids = [
         {**_solid(part.shape, np.array(part.at)), "link": number}
         for number, parts in enumerate([body.parts, *(j.parts for j in joints)], -1)
@@ -140,13 +132,6 @@ def of_body(body: Body) -> dict[str, Any]:
             if isinstance(one, Ray)
         ],
     }
-
-
-def _joints(joints: Sequence[Joint]) -> Iterator[Joint]:
-    """Yield the joints in the order of a `Tree`, wheels with their own axles."""
-    for joint in joints:
-        yield joint
-        yield from _joints(joint.joints)
 
 
 def _corners(one: outline.Outline, heading: float = 0.0) -> list[list[float]]:

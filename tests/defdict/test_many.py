@@ -27,5 +27,5 @@ def test_numpy_takes_the_numbers() -> None:
     assert np.asarray(value).tolist() == [1.0, 2.0, 3.0]
     assert np.array(value.arm, dtype="f4").tolist() == [2.0, 3.0]
     assert np.array([value, value]).shape == (2, 3)
-    with pytest.raises(FieldValueError, match="'tag' is str, not a number; take a"):
+    with pytest.raises(FieldValueError, match="'tag' is str, not a number; take n"):
         np.asarray(Schema("named", {"tag": text()})())

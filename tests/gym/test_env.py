@@ -226,7 +226,7 @@ MISTAKES = [
     ({"limit": None}, "no episode would end: write ends='x > 1 m' or limit='10 s'"),
     ({"act": "robot/sim/comand"}, "Did you mean 'robot/sim/command'?"),
     ({"observe": "robot/sim/stat"}, "Did you mean 'robot/sim/state'?"),
-    ({"ends": "x > 1 s"}, "in 'x > ...' m and s do not fit"),
+    ({"ends": "x > 1 s"}, "in 'x > 1 s' m and s do not fit"),
     ({"reward": "x + 1"}, "in 'x + 1' m and a plain number do not fit; write units"),
     ({"ends": "x > 1 furlongs2"}, "is not a unit that unyt knows"),
     ({"ends": "speed > 1"}, "'speed' is no value here; there is sim.state.x"),

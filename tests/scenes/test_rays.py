@@ -13,8 +13,7 @@ from rems_net.bodies.arena import Wall
 from rems_net.bodies.body import Body, Box, Cylinder, Part, Sphere
 from rems_net.robots.woodbot import Woodbot
 from rems_net.scenes import outline, rays
-from rems_net.scenes.rays import Solid
-from rems_net.scenes.scene import Scene, Thing
+from rems_net.scenes.scene import Scene, Solid, Thing
 from tests.drivers.physics.test_physics import needs
 
 TILTED = (sqrt(0.5), 0.0, sqrt(0.5))
@@ -38,7 +37,7 @@ def test_they_see_what_mujoco_sees() -> None:
     model = mujoco.MjModel.from_xml_string(mjcf([body], SCENE))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    solids, random, seen = rays.of_scene(SCENE), Random(1), 0
+    solids, random, seen = SCENE.solids, Random(1), 0
     for _ in range(600):
         start = np.array([random.uniform(-1, 1), random.uniform(-1, 1), 0.0])
         start[2] = random.uniform(0.02, 0.6)
@@ -93,7 +92,7 @@ def test_who_is_in_one_place(
 def test_what_is_above_is_not_in_the_way() -> None:
     low = outline.of_body(Body((Part(Box((1, 1, 0.1)), 1.0),), height=0.05))
     bridge = Thing("bridge", Box((1, 1, 0.1)), (0, 0, 0.5))
-    assert not low.meets(outline.of_thing(bridge))
+    assert not low.meets(outline.of_solid(bridge.solid))
 
 
 def test_a_woodbots_outline() -> None:

@@ -14,6 +14,7 @@ from rems_net.bodies.arena import Wall
 from rems_net.bodies.body import Model
 from rems_net.bodies.files.built import built
 from rems_net.bodies.parts import Box
+from rems_net.bodies.tree import Tree
 from rems_net.drivers.kinematic.kinematic import Kinematic
 from rems_net.robots.scaler import Scaler
 from rems_net.scenes import view
@@ -79,7 +80,7 @@ def test_a_robot_from_a_file_has_its_meshes_where_its_boxes_are(tmp_path: Path) 
     pytest.importorskip("mujoco")
     body = built(Model(arm(tmp_path, ARM), fixed=True))
     said = json.loads(json.dumps(view.of_body(body)))
-    links = [body.parts, *(joint.parts for joint in view._joints(body.joints))]
+    links = [body.parts, *(link.stated.parts for link in Tree(body).links)]
     found = [one for one in said["solids"] if "mesh" in one]
     assert found
     for one in found:

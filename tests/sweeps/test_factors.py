@@ -87,7 +87,7 @@ def test_a_list_of_points(tmp_path: Path) -> None:
         (["--workers", "0"], "workers is 0; expected a number of processes"),
         (
             ["--measure", "x + 1 s"],
-            "cannot be measured: in 'x + ...' m and s do not fit",
+            "cannot be measured: in 'x + 1 s' m and s do not fit",
         ),
         (["--measure", "__import__('os')"], "there is no function __import__() of 1"),
         (["--measure", "x.__class__"], "'x.__class__' is no value here; there is"),

@@ -41,7 +41,8 @@ def scene_of(agent: Agent) -> dict[str, Any]:
     of = type(agent), agent.parameters.encode()
     with suppress(Exception):  # the user's code, as below
         if agent.shared is None:
-            found["arena"] = view.of_arena(arena() if callable(arena) else Arena())
+            place = arena() if callable(arena) else Arena()
+            found["arena"] = {"radius": place.radius, "height": place.wall_height}
     with suppress(Exception):
         if of not in _bodies and isinstance(agent, Embodied):
             _bodies[of] = {}

@@ -13,6 +13,7 @@ from rems_net.bodies.joints import Hinge, Joint, Slide
 from rems_net.bodies.model import Driven, Model, Source
 from rems_net.bodies.parts import Box, Part, Sphere
 from rems_net.errors import SchemaError
+from rems_net.kinematics.rotation import three
 from rems_net.libraries import load
 from rems_net.reading import DESCRIPTION, read_file
 
@@ -196,10 +197,6 @@ def _parts(solid: Solid) -> tuple[Part, ...]:
     if not count:
         return (Part(Sphere(POINT), solid.mass, friction=None),)
     return tuple(
-        Part(
-            Box((float(size[0]), float(size[1]), float(size[2]))),
-            solid.mass / count,
-            (float(middle[0]), float(middle[1]), float(middle[2])),
-        )
+        Part(Box(three(size)), solid.mass / count, three(middle))
         for middle, size in solid.boxes
     )

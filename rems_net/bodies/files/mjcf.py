@@ -11,11 +11,12 @@ from rems_net.bodies.files import bounds, sheet
 from rems_net.bodies.files.elements import MOST
 from rems_net.bodies.files.meshes import made_binary, mesh_file
 from rems_net.bodies.files.plain import Plain
-from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid, vector
+from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid
 from rems_net.bodies.model import Model, Source
 from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError, nearest, some
 from rems_net.kinematics.pose import Pose
+from rems_net.kinematics.rotation import three
 
 #: file formats of meshes that MuJoCo reads
 MESHES = (".stl", ".obj", ".msh")
@@ -211,8 +212,8 @@ class _Reading:
             model.joint(joint).name,
             model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_HINGE,
             parent,
-            vector(at),
-            vector(self._data.xaxis[joint]),
+            three(at),
+            three(self._data.xaxis[joint]),
             solid,
             limits,
             self._effort(joint),

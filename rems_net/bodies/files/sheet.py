@@ -136,12 +136,6 @@ def _far(solid: Solid) -> float:
     return max((float(np.linalg.norm(corner)) for corner in corners), default=0.0)
 
 
-def vector(numbers: Array) -> Vector:
-    """Return an array (3,) as a tuple of floats."""
-    x, y, z = (float(one) for one in numbers)
-    return x, y, z
-
-
 def no_joint(file: str, name: str, known: Sequence[str]) -> SchemaError:
     """Return the error for a joint that the file does not have."""
     return SchemaError(

@@ -17,10 +17,11 @@ from rems_net.bodies.files import bounds, sheet
 from rems_net.bodies.files.elements import Links, Words, end_of, name_of
 from rems_net.bodies.files.inertia import Inertia, balanced
 from rems_net.bodies.files.meshes import find_mesh
-from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid, vector
+from rems_net.bodies.files.sheet import Box, Moved, Sheet, Solid
 from rems_net.bodies.model import Model
 from rems_net.bodies.parts import Array
 from rems_net.kinematics.pose import Pose
+from rems_net.kinematics.rotation import three
 
 #: kinds of joints that move: True for a rotation
 TURNS = {"revolute": True, "continuous": True, "prismatic": False}
@@ -166,8 +167,8 @@ class _Reading:
                 name,
                 TURNS[kind],
                 number,
-                vector(here.position - carrier.position),
-                vector(here.rotation @ (axis / length)),
+                three(here.position - carrier.position),
+                three(here.rotation @ (axis / length)),
                 Solid(0.0),
                 limits,
                 max(0.0, self._words.number(joint, "limit", "effort")),

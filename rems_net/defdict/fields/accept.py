@@ -67,14 +67,7 @@ def _utf8(text: str) -> int:
 def _number(field: Kind, value: Any, where: str) -> float | int:
     kind, came = type(value), value
     if kind is not float and kind is not int:
-        if isinstance(value, str):
-            value = _from_text(field, value, where)
-        elif is_quantity(value):
-            value = _from_quantity(field, value, where)
-        elif isinstance(value, np.generic) and value.dtype.kind in "iuf":
-            value = value.item()
-        elif kind is bool or not isinstance(value, int | float):
-            raise refuse(field, where, value, _hint(field, value))
+        value = in_unit(field, value, where)
     if field.whole:
         if isinstance(value, float):
             raise refuse(field, where, value, _whole_hint(value))
@@ -94,7 +87,20 @@ def _number(field: Kind, value: Any, where: str) -> float | int:
     return number
 
 
-def _hint(field: Kind, value: object) -> str:
+def in_unit(field: Kind, value: Any, where: str) -> Any:
+    """Return a number, a text or a quantity as a number in the field's unit."""
+    if isinstance(value, str):
+        return _from_text(field, value, where)
+    if is_quantity(value):
+        return _from_quantity(field, value, where)
+    if isinstance(value, np.generic) and value.dtype.kind in "iuf":
+        return value.item()
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise refuse(field, where, value, _hint(value))
+    return value
+
+
+def _hint(value: object) -> str:
     if isinstance(value, bool):
         return f" Write {int(value)} if you mean the number."
     if isinstance(value, Mapping):

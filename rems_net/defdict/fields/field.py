@@ -129,18 +129,14 @@ class Field(Kind):
 
 def _checked_table(given: Any) -> Table:
     try:
-        points = tuple((_number(a), _number(b)) for a, b in given)
-    except (TypeError, ValueError, OverflowError) as why:
+        points = tuple(sorted((_number(a), _number(b)) for a, b in given))
+    except (TypeError, ValueError, OverflowError):
+        points = ()
+    if len(points) < 2:
         raise SchemaError(
-            "a table is pairs (count, value), at least two, such as table=[(0, 0.0), "
-            "(180, 3.1)]. (R0111)"
-        ) from why
-    if len(points) < 2 or not all(math.isfinite(x) for point in points for x in point):
-        raise SchemaError(
-            "a table is pairs (count, value) of numbers, at least two, such as "
+            "a table is pairs (count, value) of finite numbers, at least two, such as "
             "table=[(0, 0.0), (180, 3.1)]. (R0111)"
         )
-    points = tuple(sorted(points))
     if not all(
         math.isfinite(b - a) for a, b in zip(points[0], points[-1], strict=True)
     ):
@@ -160,8 +156,10 @@ def _checked_table(given: Any) -> Table:
 
 
 def _number(given: Any) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float | np.number):
-        raise TypeError(f"{given!r} is no number")
+    """Return a finite number as a float. Raises ValueError for anything else."""
+    number = isinstance(given, int | float | np.number) and type(given) is not bool
+    if not number or not math.isfinite(given):
+        raise ValueError
     return float(given)
 
 

@@ -15,12 +15,14 @@ from collections.abc import Callable, Iterable
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rems_net.defdict.fields.accept import split_text
 from rems_net.defdict.fields.descriptions import is_quantity, show
 from rems_net.defdict.fields.field import Field
 from rems_net.errors import FieldValueError, UnitError
 
+Floats = NDArray[np.float64]
 Operator = Callable[[Any, Any], Any]
 #: Operators of two numbers in one unit.
 SUMS = (operator.add, operator.sub)
@@ -40,8 +42,19 @@ class Arithmetic:
     def _assign(self, values: Any) -> None:
         raise NotImplementedError
 
-    def to_array(self) -> Any:
-        raise NotImplementedError
+    def to_array(self, *, column: bool = False) -> Floats:
+        """Return the numbers of all fields as a vector, or as a column (float64)."""
+        name, rows = self._named()
+        parts = [np.empty(0)]
+        for path, field, leaf in rows:
+            if not (field.numeric or field.dtype == "bool"):
+                raise FieldValueError(
+                    f"{name}: {path!r} is {field.dtype}, not a number; take numbers "
+                    "only: a group or a glob of them, or schema.slice(...). (R0109)"
+                )
+            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
+        flat = np.concatenate(parts)
+        return flat.reshape(-1, 1) if column else flat
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """Return the numbers of all its fields, for `np.asarray(value["wheel/*"])`."""

@@ -69,18 +69,6 @@ class GlobView(MutableMapping[str, Any], Arithmetic):
             return
         self._value.update(dict.fromkeys(self._paths, given))
 
-    def to_array(self) -> np.ndarray[Any, Any]:
-        """Return the selected numbers as a vector."""
-        parts = []
-        for path, field, leaf in self._named()[1]:
-            if not (field.numeric or field.dtype == "bool"):
-                raise FieldValueError(
-                    f"{self._tree.name}: {path!r} is {field.dtype}, not a number; "
-                    "select numbers only. (R0109)"
-                )
-            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
-        return np.concatenate(parts)
-
     def _named(self) -> tuple[str, Iterable[tuple[str, Field, Any]]]:
         fields = dict(self._tree.rows())
         rows = ((path, fields[path], self._value[path]) for path in self._paths)

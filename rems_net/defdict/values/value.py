@@ -10,13 +10,12 @@ arrays, quantities of unyt, and text that shows units.
 """
 
 import importlib
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from rems_net.defdict.fields.accept import accept, split_text, to_unit, unit_text
+from rems_net.defdict.fields.accept import in_unit, to_unit, unit_text
 from rems_net.defdict.fields.descriptions import is_quantity, show
 from rems_net.defdict.fields.field import Field
 from rems_net.defdict.fields.kind import Kind
@@ -107,19 +106,6 @@ class DefDict(FixedMapping, Arithmetic):
                 asked[path] = _limited(field, number, f"{self._schema.name}: {path!r}")
         self.update(asked)
         return {path: self[path] for path in asked}
-
-    def to_array(self, *, column: bool = False) -> np.ndarray[Any, Any]:
-        """Return the numbers of all fields as a vector, or as a column (float64)."""
-        parts = []
-        for path, field, leaf in self._rows():
-            if not (field.numeric or field.dtype == "bool"):
-                raise FieldValueError(
-                    f"{self._schema.name}: {path!r} is {field.dtype}, not a number; "
-                    f"take a schema of the numbers first: schema.slice(...). (R0109)"
-                )
-            parts.append(np.ravel(np.asarray(leaf, dtype=np.float64)))
-        flat = np.concatenate(parts) if parts else np.empty(0)
-        return flat.reshape(-1, 1) if column else flat
 
     def from_array(self, numbers: Any) -> None:
         """Set all fields from a vector or a column of numbers; all or none."""
@@ -234,30 +220,16 @@ def _spread(
 def _limited(field: Kind, number: Any, where: str) -> Any:
     """Return a number in the field's unit, limited; arrays element by element."""
     low, high = field.limits
-    if field.shape:
-        if is_quantity(number):
-            unit = unit_text(number.units)
-            number = to_unit(field, unit, where, number)(number.value)
-        found = np.asarray(number)
-        if found.dtype.kind == "f" and np.isnan(found).any():
-            raise FieldValueError(
-                f"{where} has no nearest value to NaN; look for a division by "
-                "0. (R0101)"
-            )
-        return np.clip(found, low, high)
-    wide = Kind("float", field.unit)
-    parts = None
-    if isinstance(number, str):
-        parts = split_text(str(number))
+    if not field.shape:
+        number = in_unit(field, number, where)
     elif is_quantity(number):
-        parts = float(number.value), unit_text(number.units)
-    if parts and parts[1]:
-        number = to_unit(field, parts[1], where, number)(parts[0])
-    if isinstance(number, float | np.floating) and math.isinf(number):
-        return high if number > 0 else low
-    if field.whole and isinstance(number, float | np.floating):
-        number = round(accept(wide, number, where))
-    found = number if field.whole else accept(wide, number, where)
-    if isinstance(found, int | float | np.integer) and not isinstance(found, bool):
-        return min(max(found, low), high)
-    return found
+        number = to_unit(field, unit_text(number.units), where, number)(number.value)
+    found = np.asarray(number)
+    if found.dtype.kind == "f" and np.isnan(found).any():
+        raise FieldValueError(
+            f"{where} has no nearest value to NaN; look for a division by 0. (R0101)"
+        )
+    if field.shape:
+        return np.clip(found, low, high)
+    number = min(max(number, low), high)
+    return round(number) if field.whole else number

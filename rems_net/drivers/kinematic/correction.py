@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rems_net.agents.robot import definition_of
+from rems_net.bodies.actuators import full
 from rems_net.defdict import DefDict, Schema
 from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError, SchemaError
@@ -39,12 +40,7 @@ HUGE = 2.5
 
 def limits(schema: Schema) -> dict[str, float]:
     """Return the limit of each field that goes from -limit to limit; 1 for others."""
-    found = {}
-    for path, one in schema.rows():
-        low, high = one.limits
-        symmetric = -low == high and np.isfinite(high) and high > 0
-        found[path] = float(high) if symmetric else 1.0
-    return found
+    return {path: full(schema, path) for path in schema.paths}
 
 
 def sigmoid(z: Any) -> Any:

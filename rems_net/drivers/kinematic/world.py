@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from math import ceil
 
-import numpy as np
-
 from rems_net.agents.robot import Robot
 from rems_net.agents.tick import Tick
 from rems_net.bodies.body import Body, Box, Embodied
@@ -24,7 +22,7 @@ from rems_net.scenes.outline import (
     check_places,
 )
 from rems_net.scenes.rays import Look
-from rems_net.scenes.scene import Scene
+from rems_net.scenes.scene import Scene, solids_of
 
 #: halvings of the way to an obstacle: to a millionth of a step
 HALVINGS = 20
@@ -45,9 +43,9 @@ class KinematicWorld:
         self.robots, self.scene = robots, scene
         self._bodies = [_body(robot) for robot in self.robots]
         self._outlines = [outline.of_body(body) for body in self._bodies]
-        self._solids = [rays.of_body(body) for body in self._bodies]
+        self._solids = [solids_of(body) for body in self._bodies]
         self._place = outline.of_scene(scene)
-        solids = rays.of_scene(scene)
+        solids = scene.solids
         self._boxes = rays.Boxes(solids)
         self._others = [s for s in solids if not isinstance(s.shape, Box)]
         keys = [robot.key for robot in self.robots]
@@ -151,8 +149,8 @@ class KinematicWorld:
 
     def thing(self, number: int) -> tuple[Array, Array]:
         """Return the pose of one of the scene's things: things never move here."""
-        thing = self.scene.things[number]
-        return np.array(thing.at), thing.rotation()
+        solid = self.scene.things[number].solid
+        return solid.at, solid.turn
 
 
 def _body(robot: Robot) -> Body:

@@ -175,7 +175,7 @@ def _add_ghost(world: Element, ghost: Ghost, name: str) -> None:
 
 def _add_thing(world: Element, thing: Thing, name: str) -> None:
     body = SubElement(world, "body", name=name, pos=text(thing.at))
-    x, y, _ = thing.rotation().T
+    x, y, _ = thing.solid.turn.T
     body.set("xyaxes", text([x, y]))
     part = Part(thing.shape, thing.mass or 1.0, friction=thing.friction)
     if thing.mass:

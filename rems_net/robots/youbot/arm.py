@@ -10,7 +10,7 @@ from rems_net.bodies.body import Body, Vector
 from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.bodies.noise import Noise
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, ratio
-from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.arm import Mechanism
 from rems_net.kinematics.pose import Pose
 from rems_net.kinematics.servo import speed_toward, toward
 from rems_net.kinematics.upright import Proportions, UprightArm
@@ -106,8 +106,11 @@ class YoubotArm(Definition):
 
     def mechanisms(self) -> dict[str, Mechanism]:
         """Return the kinematics of the arm."""
+        return {"arm": self._chain()}
+
+    def _chain(self) -> UprightArm:
         limits = [(radians(low), radians(high)) for low, high in STOPS]
-        return {"arm": UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))}
+        return UprightArm(JOINTS, limits, PROPORTIONS, Pose.of(self.foot))
 
     def noise(self) -> dict[str, Noise]:
         """Return the noise of the sensors.
@@ -128,7 +131,7 @@ class YoubotArm(Definition):
 
     def body(self) -> Body:
         """Return the arm's body; without a base it is bolted to the floor."""
-        return arm(JOINTS, STOPS, PROPORTIONS, self.foot, self.parameters.joint_speed)
+        return arm(self._chain(), self.parameters.joint_speed)
 
     def webots(self) -> Devices:
         """Return the joints' names in Webots' Youbot.

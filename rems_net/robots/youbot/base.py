@@ -8,7 +8,7 @@ from rems_net.agents.robot import Definition
 from rems_net.bodies.body import Body
 from rems_net.bodies.devices import Devices, Motor, Reading
 from rems_net.defdict import DefDict, Schema, angle, angular_velocity, length, velocity
-from rems_net.kinematics.mechanism import Mechanism
+from rems_net.kinematics.arm import Mechanism
 from rems_net.kinematics.wheels import Twist, mecanum, mecanum_speeds, slowed
 from rems_net.maths import sincos
 from rems_net.robots.pose import pose

@@ -5,7 +5,6 @@ droop and gain of the motors' control, the inertia of their gears.
 """
 
 from collections.abc import Sequence
-from math import radians
 
 from rems_net.bodies.body import (
     Body,
@@ -17,9 +16,8 @@ from rems_net.bodies.body import (
     Servo,
     Slide,
     Tachometer,
-    Vector,
 )
-from rems_net.kinematics.upright import Proportions
+from rems_net.kinematics.upright import UprightArm
 
 #: The base: size of its box, and the box's middle above the axles, m; mass with the
 #: wheels, kg; all from the URDF.
@@ -78,50 +76,37 @@ def base(paths: Sequence[str], radius: float, wheelbase: float, track: float) ->
     return Body((chassis,), tuple(wheels), height=radius)
 
 
-def arm(
-    paths: Sequence[str],
-    stops: Sequence[tuple[float, float]],
-    size: Proportions,
-    foot: Vector,
-    speed: float,
-) -> Body:
-    """Return the arm, bolted to the floor.
+def arm(chain: UprightArm, speed: float) -> Body:
+    """Return the arm of this chain, bolted to the floor.
 
-    paths, stops: of its joints from the foot to the hand; degrees
-    foot: its position, m      speed: of the joints, rad/s
+    speed: of the joints, rad/s
     """
-    ats: tuple[Vector, ...] = (
-        foot,
-        (size.ahead, 0.0, size.height),
-        (0.0, 0.0, size.upper),
-        (0.0, 0.0, size.lower),
-        (0.0, 0.0, size.wrist),
-    )
+    size, (x, y, z) = chain.size, chain.base.position.tolist()
     # Each link reaches to the next joint, the last one to the fingers.
     lengths = (size.height, size.upper, size.lower, size.wrist, FINGER_AT[2])
     carried: tuple[Joint, ...] = (_finger("left", 1.0), _finger("right", -1.0))
-    for n in reversed(range(len(paths))):
-        low, high = stops[n]
+    for n, one in reversed([*enumerate(chain.links)]):
         begin = 0.0 if n else STAND
         link = Cylinder(RADII[n], lengths[n] - begin)
         middle = (0.0, 0.0, (lengths[n] + begin) / 2)
         joint = Hinge(
-            paths[n],
+            one.name,
             (Part(link, LINK_MASSES[n], middle),),
-            at=ats[n],
-            axis=(0.0, 0.0, 1.0) if n in (0, 4) else (0.0, 1.0, 0.0),
+            at=one.at if n else (x, y, z),
+            axis=one.axis,
             torque=TORQUES[n],
             droop=DROOP,
             armature=ARMATURES[n],
             servo=Servo(GAIN, speed, SHARE),
-            limits=(radians(low), radians(high)),
-            position=paths[n],
+            limits=(one.low, one.high),
+            position=one.name,
             joints=carried,
         )
         carried = (joint,)
-    x, y, z = foot
     stand = Part(Cylinder(RADII[0], STAND), FOOT_MASS, (x, y, z + STAND / 2))
-    senses = (Tachometer(path.replace("joint", "velocity"), path) for path in paths)
+    senses = (
+        Tachometer(path.replace("joint", "velocity"), path) for path in chain.joints
+    )
     return Body((stand,), carried, tuple(senses), fixed=True)
 
 

@@ -52,12 +52,9 @@ def to_endpoint(text: str) -> str:
 def _is_host(host: str) -> bool:
     if host.startswith("["):
         host = host[1:-1].partition("%")[0]
-    try:
-        ipaddress.ip_address(host)
-    except ValueError:
-        # An address with a mistyped number is not a name.
-        return bool(_HOST.fullmatch(host)) and not re.fullmatch(r"[0-9.]+", host)
-    return True
+    # An address with a mistyped number is not a name.
+    name = _HOST.fullmatch(host) and not re.fullmatch(r"[0-9.]+", host)
+    return bool(name or address_of(host))
 
 
 def to_code(address: str) -> str:
@@ -101,18 +98,21 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
     return host.strip("[]"), int(port) if port.isdecimal() else 0
 
 
+def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return the address; None for a name."""
+    try:
+        return ipaddress.ip_address(host)
+    except ValueError:
+        return None
+
+
 def is_ipv4(host: str) -> bool:
     """Return whether it is an IPv4 address, and not a name."""
-    try:
-        return isinstance(ipaddress.ip_address(host), ipaddress.IPv4Address)
-    except ValueError:
-        return False
+    return isinstance(address_of(host), ipaddress.IPv4Address)
 
 
 def is_here(endpoint: str) -> bool:
     """Return whether an endpoint is on this machine, judged by its text."""
     host, _ = host_and_port(endpoint)
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+    found = address_of(host)
+    return found.is_loopback if found else host == "localhost"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import ifaddr
 
+from rems_net.router.finding.address import address_of
+
 #: names of VPN adapters: on Linux and macOS, and as Windows describes them
 _VPN = (
     r"tun|tap|utun|wg|ppp|ipsec|tailscale|zt|TAP-|Wintun|WireGuard|OpenVPN|ZeroTier"
@@ -46,10 +48,8 @@ class Place:
         return bool(_TUNNEL.match(self.adapter))
 
     def __contains__(self, host: str) -> bool:
-        try:
-            return ipaddress.ip_address(host) in self.network
-        except ValueError:  # a name
-            return False
+        found = address_of(host)
+        return found is not None and found in self.network
 
 
 def place(address: str) -> Place | None:

@@ -100,7 +100,7 @@ def _transport(data: bytes, at: int) -> int:
     header = data[at]
     if header & KINDS == _FRAME:
         _, at = number(data, at + 1)
-        return extensions(data, at, _OF_FRAME) if header & EXTENDED else at
+        return extensions(data, at, header, _OF_FRAME)
     if header == _KEEP_ALIVE:
         return at + 1
     if header & KINDS == _CLOSE and header < EXTENDED:

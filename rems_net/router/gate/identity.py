@@ -47,12 +47,13 @@ def answer_for(
     seen_by: the people that a user may see; asked for with `?people`. The router lets
     each user ask at the own name only.
     """
+    known = users.identities()
 
     def answer(question: Question) -> None:
         name = question.key.rpartition("/")[2]
         if "people" in question.parameters:
             question.answer(question.key, pack([list(p) for p in seen_by(name)]))
-        elif found := users.identity(name):
+        elif found := known.get(name):
             question.answer(question.key, pack([*found, fabric]))
 
     return answer

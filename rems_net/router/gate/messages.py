@@ -95,9 +95,7 @@ def message(data: bytes, at: int, known: Known) -> int:
     kind = header & KINDS
     if kind == PUSH:
         at = _key(data, begun, header, wild)
-        if header & EXTENDED:
-            at = extensions(data, at, _OF_MESSAGE)
-        at = _value(data, at)
+        at = _value(data, extensions(data, at, header, _OF_MESSAGE))
         if data[at - 2 : at] == _TRUE:
             known.put(known.key(data, begun, header))
         return at
@@ -106,14 +104,12 @@ def message(data: bytes, at: int, known: Known) -> int:
     if kind == INTEREST:
         return _interest(data, at, wild)
     if kind == FINAL:
-        _, at = number(data, at + 1)
-        return extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
+        _, at = number(data, begun)
+        return extensions(data, at, header, _OF_MESSAGE)
     at = beginning(data, at, wild)
     if kind == REQUEST:
-        at = extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
-        return _question(data, at)
-    at = extensions(data, at, _OF_RESPONSE) if header & EXTENDED else at
-    return _answer(data, at)
+        return _question(data, extensions(data, at, header, _OF_MESSAGE))
+    return _answer(data, extensions(data, at, header, _OF_RESPONSE))
 
 
 def beginning(data: bytes, at: int, wild: set[int]) -> int:
@@ -166,8 +162,7 @@ def _declaration(data: bytes, at: int, known: Known) -> int:
     at += 1
     if header & 0x20:
         _, at = number(data, at)
-    if header & EXTENDED:
-        at = extensions(data, at, _OF_MESSAGE)
+    at = extensions(data, at, header, _OF_MESSAGE)
     header = data[at]
     kind = header & KINDS
     at += 1
@@ -189,7 +184,7 @@ def _declaration(data: bytes, at: int, known: Known) -> int:
         known.declare(name, kind, known.key(data, begun, header))
     elif kind in (_NO_TOKEN, _NO_ID):
         known.declare(name, kind, "")
-    return extensions(data, at, _OF_DECLARED) if header & EXTENDED else at
+    return extensions(data, at, header, _OF_DECLARED)
 
 
 def _is_wild(data: bytes, at: int, flags: int) -> bool:
@@ -208,7 +203,7 @@ def _interest(data: bytes, at: int, wild: set[int]) -> int:
         at += 1
         if options & 0x10:
             at = _key(data, at, options, wild)
-    return extensions(data, at, _OF_MESSAGE) if header & EXTENDED else at
+    return extensions(data, at, header, _OF_MESSAGE)
 
 
 def _value(data: bytes, at: int) -> int:
@@ -218,14 +213,12 @@ def _value(data: bytes, at: int) -> int:
     if header & 0x20:
         at = wire.stamp(data, at)
     if kind == _DEL:
-        return extensions(data, at, _OF_DEL) if header & EXTENDED else at
+        return extensions(data, at, header, _OF_DEL)
     if kind != _PUT:
         raise GateError(f"sent a value 0x{header:02x} of an unknown kind")
     if header & 0x40:
         at = wire.encoding(data, at)
-    if header & EXTENDED:
-        at = extensions(data, at, _OF_PUT)
-    return block(data, at)
+    return block(data, extensions(data, at, header, _OF_PUT))
 
 
 def _question(data: bytes, at: int) -> int:
@@ -237,7 +230,7 @@ def _question(data: bytes, at: int) -> int:
         _, at = number(data, at)
     if header & 0x40:
         at = block(data, at)
-    return extensions(data, at, _OF_QUERY) if header & EXTENDED else at
+    return extensions(data, at, header, _OF_QUERY)
 
 
 def _answer(data: bytes, at: int) -> int:
@@ -252,9 +245,7 @@ def _answer(data: bytes, at: int) -> int:
         raise GateError(f"sent an answer 0x{header:02x} of an unknown kind")
     if header & 0x40:
         at = wire.encoding(data, at)
-    if header & EXTENDED:
-        at = extensions(data, at, _OF_ERR)
-    return block(data, at)
+    return block(data, extensions(data, at, header, _OF_ERR))
 
 
 def _undeclared(data: bytes, at: int, end: int) -> int:

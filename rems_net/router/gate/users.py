@@ -54,12 +54,8 @@ class Users:
             )
         return ", ".join(_many(len(self.names[role]), role) for role in ROLES)
 
-    def identity(self, name: str) -> tuple[str, str] | None:
-        """Return role and team of a user (a team's role is ""); None for a stranger."""
-        return self.identities().get(name)
-
     def identities(self) -> dict[str, tuple[str, str]]:
-        """Return role and team of every user, by name."""
+        """Return role and team of every user, by name; a team's role is ""."""
         of = {n: (role, "") for role in ROLES for n in self.names[role]}
         return of | {n: ("", team) for team, names in self.teams.items() for n in names}
 

@@ -67,13 +67,14 @@ def responder(data: bytes, at: int, _: int = 0) -> int:
     return at
 
 
-def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
-    """Skip extensions. Raises GateError if one of them is not among those known.
+def extensions(data: bytes, at: int, header: int, known: Mapping[int, Content]) -> int:
+    """Skip the extensions that the flag in a header announces.
 
-    Zenoh reads the content of some extensions without regard to their length. So both
-    must agree; otherwise this reader would continue at another index than the router.
+    Raises GateError if one of them is not among those known. Zenoh reads the content of
+    some extensions without regard to their length. So both must agree; otherwise this
+    reader would continue at another index than the router.
     """
-    while True:
+    while header & EXTENDED:
         header = data[at]
         name = header & NAME
         if name not in known:
@@ -88,5 +89,4 @@ def extensions(data: bytes, at: int, known: Mapping[int, Content]) -> int:
             if content is not None and content(data, at, end) != end:
                 raise GateError(f"sent an extension 0x{name:02x} of a wrong length")
             at = end
-        if header < EXTENDED:
-            return at
+    return at

@@ -138,10 +138,10 @@ class Connection:
             if end > len(answers):
                 break
             batch, answers = answers[PREFIX:end], answers[end:]
-            if handshake.is_init_ack(batch):
+            if handshake.acks(batch, handshake.INIT):
                 self._challenge = handshake.challenge(batch)
                 self._step = self._login
-            elif handshake.is_open_ack(batch):
+            elif handshake.acks(batch, handshake.OPEN):
                 self._let_in()
             self._to_client(handshake.framed(batch))
             if not self.client.pending:

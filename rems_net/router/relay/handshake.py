@@ -11,6 +11,9 @@ Source: Zenoh's protocol 9, commons/zenoh-protocol/src/transport of zenoh 1.10.
 import hmac
 from typing import NamedTuple
 
+from rems_net.router.gate import wire
+from rems_net.router.gate.wire import BYTES, ENCODING, EXTENDED, NUMBER
+
 #: bytes of a batch's length, which is at most 65,535
 PREFIX = 2
 #: bytes of the longest message of a handshake; Zenoh's own have at most some 400
@@ -20,10 +23,8 @@ VERSION = 9
 #: modes by their number on the wire
 MODES = ("router", "peer", "client")
 
-_INIT, _OPEN, CLOSE = 0x01, 0x02, 0x03
-_ID, _ACK, _SIZES, _MORE = 0x1F, 0x20, 0x40, 0x80
-#: bits of an extension's header: the encoding of its value
-_ENCODING, _NUMBER, _BYTES = 0x60, 0x20, 0x40
+INIT, OPEN, CLOSE = 0x01, 0x02, 0x03
+_ID, _ACK, _SIZES = 0x1F, 0x20, 0x40
 #: headers of extensions: proofs; inside it, for passwords, number and digest
 _PROOFS, _CHALLENGE, _DIGEST = 0x43, 0x22, 0x42
 #: header of the extension with the version of fragments
@@ -71,39 +72,34 @@ class _Bytes:
         return self.take(1)[0]
 
     def number(self) -> int:
-        """Read a number of 64 bits in groups of seven, the lowest first."""
-        value = 0
-        for i in range(9):
-            byte = self.byte()
-            value |= (byte & 0x7F if i < 8 else byte) << 7 * i
-            if byte < 0x80:
-                break
+        try:
+            value, self._at = wire.number(self._data, self._at)
+        except IndexError:
+            raise HandshakeError("it ends too early") from None
         return value
 
     def block(self) -> bytes:
         """Read bytes behind their count."""
         return self.take(self.number())
 
-    def extensions(self) -> dict[int, int | bytes]:
-        """Read the values of the remaining extensions, by header.
+    def extensions(self, header: int = EXTENDED) -> dict[int, int | bytes]:
+        """Read the values of the extensions that the flag in a header announces.
 
         Raises HandshakeError if one stands twice: Zenoh might use another of them than
         we do.
         """
         found: dict[int, int | bytes] = {}
-        more = True
-        while more:
+        while header & EXTENDED:
             header = self.byte()
-            encoding = header & _ENCODING
+            encoding = header & ENCODING
             value: int | bytes = b""
-            if encoding == _NUMBER:
+            if encoding == NUMBER:
                 value = self.number()
-            elif encoding == _BYTES:
+            elif encoding == BYTES:
                 value = self.block()
             elif encoding:
                 raise HandshakeError("an extension has an unknown encoding")
-            more = bool(header & _MORE)
-            if found.setdefault(header & ~_MORE, value) is not value:
+            if found.setdefault(header & ~EXTENDED, value) is not value:
                 raise HandshakeError("an extension stands twice")
         return found
 
@@ -117,7 +113,7 @@ def hello(batch: bytes) -> Hello:
     """Read an InitSyn. Raises HandshakeError if it is malformed or too long."""
     data = _Bytes(batch)
     header = data.byte()
-    if header & (_ID | _ACK) != _INIT or data.byte() != VERSION:
+    if header & (_ID | _ACK) != INIT or data.byte() != VERSION:
         raise HandshakeError("no InitSyn of protocol 9")
     flags = data.byte()
     if flags & 3 == 3:
@@ -125,7 +121,7 @@ def hello(batch: bytes) -> Hello:
     zid = data.take(1 + (flags >> 4))
     if header & _SIZES:
         data.take(3)
-    patch = data.extensions().get(_PATCH, 0) if header & _MORE else 0
+    patch = data.extensions(header).get(_PATCH, 0)
     data.end()
     if not any(zid):
         raise HandshakeError("an id of zeros")
@@ -150,7 +146,7 @@ def login(batch: bytes) -> Login | None:
     """Read the user of an OpenSyn; None for one without. Raises HandshakeError."""
     data = _Bytes(batch)
     header = data.byte()
-    if header & (_ID | _ACK) != _OPEN:
+    if header & (_ID | _ACK) != OPEN:
         raise HandshakeError("no OpenSyn")
     data.number()
     data.number()
@@ -168,7 +164,7 @@ def login(batch: bytes) -> Login | None:
 
 def _proof(data: _Bytes, header: int) -> dict[int, int | bytes]:
     """Return the extensions inside the one for proofs."""
-    proofs = data.extensions().get(_PROOFS) if header & _MORE else None
+    proofs = data.extensions(header).get(_PROOFS)
     return _Bytes(proofs).extensions() if isinstance(proofs, bytes) and proofs else {}
 
 
@@ -179,14 +175,9 @@ def proves(login: Login, password: str, number: int) -> bool:
     return hmac.compare_digest(made, login.digest)
 
 
-def is_init_ack(batch: bytes) -> bool:
-    """Return whether the router goes on after an InitSyn."""
-    return bool(batch) and batch[0] & (_ID | _ACK) == _INIT | _ACK
-
-
-def is_open_ack(batch: bytes) -> bool:
-    """Return whether the router has let the client in."""
-    return bool(batch) and batch[0] & (_ID | _ACK) == _OPEN | _ACK
+def acks(batch: bytes, kind: int) -> bool:
+    """Return whether the router goes on after InitSyn (INIT), or OpenSyn (OPEN)."""
+    return bool(batch) and batch[0] & (_ID | _ACK) == kind | _ACK
 
 
 def framed(batch: bytes) -> bytes:

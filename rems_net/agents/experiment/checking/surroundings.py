@@ -12,6 +12,7 @@ from rems_net.bodies.body import Body, Embodied, Ray
 from rems_net.defdict import many_turns
 from rems_net.maths import hypot
 from rems_net.scenes import outline
+from rems_net.scenes.scene import solid_of
 
 #: Number of robots up to which bodies are recorded: more make a run's file large.
 SHOWN = 20
@@ -73,10 +74,11 @@ def worlds(agents: Mapping[str, Agent]) -> dict[str, dict[str, str]]:
             scene, _ = contents(world)
             walls = scene.walls[WALL_PIECES if scene.radius else 0 :]
             things = {
-                f"wall {i}": outline.of_wall(wall) for i, wall in enumerate(walls, 1)
+                f"wall {i}": outline.of_solid(solid_of(wall))
+                for i, wall in enumerate(walls, 1)
             }
             for thing in scene.things:
-                things[thing.name] = outline.of_thing(thing)
+                things[thing.name] = outline.of_solid(thing.solid)
             found[world.name] = {name: _points(one) for name, one in things.items()}
     return found
 

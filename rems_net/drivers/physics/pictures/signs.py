@@ -17,8 +17,7 @@ from rems_net.bodies.marker import Marker
 from rems_net.bodies.parts import Array
 from rems_net.drivers.physics.mjcf import section
 from rems_net.eyes.drawn import cells
-from rems_net.scenes.rays import upright
-from rems_net.scenes.scene import Scene
+from rems_net.scenes.scene import Scene, upright
 
 #: m. Thickness of a marker's paper.
 PAPER = 4e-4

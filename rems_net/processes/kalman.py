@@ -1,12 +1,19 @@
-"""Ekf: an extended Kalman filter, whose slopes come from small differences."""
+"""Kalman: the two filters, which differ in how they try the definition."""
 
-from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from rems_net.maths.ukf import Floats, Moments, moments
+from rems_net.maths.ukf import Floats, Less, Moments, moments
 from rems_net.processes.estimator import Estimator
+
+
+class Ukf(Estimator):
+    """Estimates a robot's state: the definition is tried as far as the belief goes."""
+
+    def moments(self, values: Floats, less: Less) -> Moments:
+        """Return mean, slopes and curvature of the values."""
+        return moments(values, self.alpha, less)
 
 
 class Ekf(Estimator):
@@ -17,7 +24,7 @@ class Ekf(Estimator):
 
     alpha: ClassVar[float] = 1e-4
 
-    def moments(self, values: Floats, less: Callable[[Any, Any], Any]) -> Moments:
+    def moments(self, values: Floats, less: Less) -> Moments:
         """Return the value at the mean, and the slopes there."""
         slopes = moments(values, self.alpha, less).slopes
         return Moments(values[0], slopes, np.zeros((slopes.shape[1],) * 2))
