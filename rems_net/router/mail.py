@@ -194,10 +194,12 @@ class Mailbox:
             held, self._held = self._held, None
             yield held
         get, sample = self._queue.get_nowait, zenoh.Sample
-        with suppress(Empty):
-            for _ in range(most):
+        try:
+            for _ in range(min(most, self._queue.qsize())):
                 letter = get()
                 yield Mail(letter) if type(letter) is sample else letter
+        except Empty:  # `bound` dropped some meanwhile
+            return
 
     def run_of(self, keys: Container[str]) -> Iterator[Mail]:
         """Yield the letters that are mail with these keys, up to the first other."""

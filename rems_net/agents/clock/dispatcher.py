@@ -84,10 +84,10 @@ class Dispatcher:
         closing = self._closings.get(mail.key)
         if closing is not None:
             stamp = mail.stamp()
-            self._hear_done(closing[0].badge, stamp.badge, stamp.n)
+            self._hear_done(closing[0], stamp.badge, stamp.n)
         elif mail.key == self._done_key:
             badge, n = read_done(mail.payload)
-            self._hear_done(badge, badge, n)
+            self._hear_done(self._members.by_badge.get(badge), badge, n)
         elif mail.key == self._stop_key:
             read_stop(mail.payload)
             self._replies.stop()
@@ -99,13 +99,12 @@ class Dispatcher:
                 said = mail.payload.decode(errors="replace")
                 member.stands = shown(said, "where it stands", NAME)
 
-    def _hear_done(self, expected: int, badge: int, n: int) -> None:
-        member = self._members.by_badge.get(badge)
-        if member is None or badge != expected:
+    def _hear_done(self, member: Member | None, badge: int, n: int) -> None:
+        if member is None or member.badge != badge or member.left:
             raise WireError(
                 "it carries no badge of the member it would come from. (R0621)"
             )
-        newest = self._replies.pacing.n
+        newest = self._replies.pacing.tick.n
         if n > newest:
             raise WireError(
                 f"it reports tick {n} as done; the newest is {newest}. (R0621)"

@@ -16,6 +16,7 @@ state: `progress.py`.
 import time
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
+from math import inf
 from typing import Any
 
 from rems_net.agents.about.wiring import Entry
@@ -79,6 +80,10 @@ class Member:
     #: whether the other hosts wait for it, if it has crashed
     awaited: bool = False
 
+    def __post_init__(self) -> None:
+        #: the tick from which on the others wait for it
+        self.begins = min((e.since for e in self.entries if e.lockstep), default=inf)
+
     @property
     def left(self) -> bool:
         """Whether it does not take part now."""
@@ -105,7 +110,7 @@ class Member:
 
     def owes(self, n: int) -> bool:
         """Return whether it has yet to do tick n, or one before."""
-        return self.n < n and any(e.lockstep and e.since <= n for e in self.entries)
+        return self.n < n and bool(self.entries) and self.begins <= n
 
 
 class Members:
