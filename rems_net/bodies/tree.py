@@ -17,6 +17,9 @@ CLOSED, NEARLY = 1e-12, 1e-5
 #: rad or m. Joints move at most this far before loops are closed again: far less than
 #: would let them fold the other way.
 STRIDE = 0.1
+#: rad or m. Largest change of a free joint in one round of Newton's method: a larger
+#: one goes far beyond the solution, to a loop that is folded the other way.
+LEAP = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +124,7 @@ class Tree:
             if np.abs(gap).max() < enough:
                 return
             change = np.linalg.lstsq(slope, -gap, rcond=None)[0]
+            change *= LEAP / max(LEAP, np.abs(change).max())
             for n, by in zip(self._free, change.tolist(), strict=True):
                 positions[n] += by
         raise SchemaError(

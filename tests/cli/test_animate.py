@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from rems_net import Experiment, YoubotArm, read
 from rems_net.agents.experiment.show import Show
@@ -171,6 +171,7 @@ def test_a_place(tmp_path: Path) -> None:
 
 
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
+@example(0.0, -0.5625, -0.5)  # nearly stretched: Newton's method leaps
 @settings(max_examples=20)
 def test_links(shoulder: float, top: float, bottom: float) -> None:
     """They are where the body's own mathematics has them, also in closed loops."""
