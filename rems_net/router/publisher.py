@@ -14,9 +14,9 @@ def _keep_state() -> None:
     """Keep the Python state of this thread, which Zenoh started, until the end.
 
     Python makes a new state for every call from such a thread, and frees it afterwards.
-    The first function in it also maps memory and gives it back, for which the system
-    interrupts the other processors. Ten hosts in lock-step make a third more ticks
-    without all this.
+    The first Python function in a new state also maps memory, and gives it back at the
+    end, for which the system interrupts the other processors. If the states are kept,
+    ten hosts in lock-step make a third more ticks.
     """
     if not hasattr(_here, "kept"):
         _here.kept = True

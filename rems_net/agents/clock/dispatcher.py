@@ -8,7 +8,7 @@ from rems_net.agents.protocol.shapes import shown
 from rems_net.errors import WireError
 from rems_net.events import info
 from rems_net.router.gate.stops import read_said
-from rems_net.router.keys import STEP
+from rems_net.router.keys import STEP, agent_of
 from rems_net.router.mail import Letter, Mail, Presence, Question
 from rems_net.router.publisher import Watch
 
@@ -94,7 +94,7 @@ class Dispatcher:
         elif mail.key == self._why_key:
             info("stop", read_said(mail.payload).on(self._session.fabric))
         elif mail.key.endswith("/@where"):
-            member = self._members.owner("/".join(mail.key.split("/")[1:3]))
+            member = self._members.owner(agent_of(mail.key))
             if member is not None:
                 said = mail.payload.decode(errors="replace")
                 member.stands = shown(said, "where it stands", NAME)

@@ -63,8 +63,8 @@ def own_folder(
     """
     path = settings.check_folder(Path("runs") / lab.name if out is None else out)
     usual = path.parts[-2:] == ("runs", lab.name)
-    told = manifest(lab, agents, native=native, pace=pace)
-    told = replace(told, dt=dt or lab.dt)
+    saved = manifest(lab, agents, native=native, pace=pace)
+    saved = replace(saved, dt=dt or lab.dt)
     with locked(path):
         found = [p for p in _entries(path) if p.name not in NOTHING]
         before = read_manifest(path)
@@ -79,7 +79,7 @@ def own_folder(
         # A run that is interrupted leaves at least these.
         expected = _expected(lab, agents)
         files = [file for file in expected if not (path / file).exists()]
-        put_manifest(replace(told, files=files), path)
+        put_manifest(replace(saved, files=files), path)
         there = {path / NAME, *_files(path)}
         for text in surroundings.doubts(agents):
             show.say("run", Event("warning", 0, "run", "start", text))
@@ -88,7 +88,7 @@ def own_folder(
         try:
             yield path
         except BaseException as error:
-            _list(path, told, [file for file in _files(path) if file not in there])
+            _list(path, saved, [file for file in _files(path) if file not in there])
             if isinstance(error, Exception):
                 _leave(path)
             raise
@@ -96,10 +96,10 @@ def own_folder(
             _mend(path, show)
 
 
-def put_manifest(told: Manifest, folder: Path) -> None:
+def put_manifest(saved: Manifest, folder: Path) -> None:
     """Write the manifest of a run into its folder. Raises ExperimentError."""
     try:
-        told.write(folder)
+        saved.write(folder)
     except OSError as error:
         raise ExperimentError(
             f"cannot write {folder / NAME}: {error.strerror}. (R0414)"
@@ -136,24 +136,24 @@ def _mend(folder: Path, show: Show) -> None:
 
 def finish(folder: Path, result: Result) -> None:
     """Add the run's files to the folder's manifest; find files that no output lists."""
-    told, files = read_manifest(folder), result.files
-    if told is None:
+    saved, files = read_manifest(folder), result.files
+    if saved is None:
         return
     # An output may have been killed, and the run went on.
-    left = [folder / name for name in told.files if (folder / name).exists()]
+    left = [folder / name for name in saved.files if (folder / name).exists()]
     files += [path for path in left if path not in files]
     since = (folder / NAME).stat().st_mtime_ns  # written as the run began
     known = {folder / NAME, *files, *(p for f in files for p in f.parents)}
     found = sorted(path for path in _entries(folder) if path not in known)
     result.others = [p for p in found if p.lstat().st_mtime_ns >= since]
-    _list(folder, told, [path for path in files if path.is_relative_to(folder)])
+    _list(folder, saved, [path for path in files if path.is_relative_to(folder)])
 
 
-def _list(folder: Path, told: Manifest, files: Sequence[Path]) -> None:
+def _list(folder: Path, saved: Manifest, files: Sequence[Path]) -> None:
     """Write the manifest of a run that is over, with the files that it has written."""
     names = sorted(path.relative_to(folder).as_posix() for path in files)
     with suppress(OSError):  # they are complete, or the run's own error is reported
-        replace(told, files=names).write(folder)
+        replace(saved, files=names).write(folder)
 
 
 def _files(folder: Path) -> list[Path]:

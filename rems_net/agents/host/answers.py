@@ -19,7 +19,7 @@ from rems_net.agents.runtime import Guard, runtime
 from rems_net.defdict import Field
 from rems_net.engine.engine import Engine
 from rems_net.engine.inlet import Inlet
-from rems_net.router.keys import ALL
+from rems_net.router.keys import ALL, agent_of
 from rems_net.router.mail import Question
 from rems_net.router.message import pack
 from rems_net.router.session import Session
@@ -46,7 +46,7 @@ def asked(question: Question, agents: Mapping[str, Agent]) -> list[Agent]:
     if "*" in question.key:
         kind = question.topic.partition("/")[0]
         return [agent for agent in agents.values() if agent.kind == kind]
-    one = agents.get("/".join(question.key.split("/")[1:3]))
+    one = agents.get(agent_of(question.key))
     return [one] if one else []
 
 

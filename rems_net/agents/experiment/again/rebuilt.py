@@ -182,8 +182,8 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
     Raises ExperimentError for what is no recording, or cannot be built again.
     """
     file = McapFile(path)
-    told = file.told
-    if not told.agents or not told.dt:
+    saved = file.told
+    if not saved.agents or not saved.dt:
         raise ExperimentError(
             f"{path} has no experiment in it that could be done again; an output of "
             "type mcap writes such a file. (R0436)"
@@ -193,12 +193,12 @@ def rebuild(path: Path, folder: Path) -> Rebuilt:
             f"{path} has no values in it to be compared; record the run "
             "with an output of type mcap. (R0436)"
         )
-    lab = Experiment(told.experiment, dt=told.dt, seed=told.seed, folder=folder)
+    lab = Experiment(saved.experiment, dt=saved.dt, seed=saved.seed, folder=folder)
     mcap = registry.load(registry.BUILT_IN["output"]["mcap"], folder)
     recorder = Plan("output", "recorder", [mcap], sources=usual_sources(mcap))
-    made = Rebuilt(file, told, lab, recorder)
-    lab.duration = made.last * told.dt
-    for kind, table in each(told.agents):
+    made = Rebuilt(file, saved, lab, recorder)
+    lab.duration = made.last * saved.dt
+    for kind, table in each(saved.agents):
         plan = _plan(kind, table, lab)
         if kind == "output":
             if plan is not None and mcap in plan.classes:
