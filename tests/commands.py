@@ -46,7 +46,7 @@ def environment(**more: str) -> dict[str, str]:
 
 def command(*args: str) -> list[str]:
     """What runs `rems args...`; what it is warned of is an error."""
-    return [sys.executable, "-W", "error", "-m", "rems_net.cli", *args]
+    return [sys.executable, "-W", "error", "-m", "rems_net", *args]
 
 
 def link_of(process: Running) -> str:

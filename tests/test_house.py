@@ -37,9 +37,8 @@ BASE |= {
     "libraries",
     "arguments",
     "events",
-    "interrupts",
     "pictures",
-    "reading",
+    "system",
     "toml",
 }
 WORDS = BASE | {"router", "bodies", "eyes", "scenes", "recordings", "teleop", "agents"}
@@ -48,9 +47,8 @@ ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "arguments": {"errors"},
     "events": set(),
-    "interrupts": set(),
     "packing": set(),
-    "reading": set(),
+    "system": set(),
     "pictures": {"defdict"},
     "toml": set(),
     "doors": {"errors"},

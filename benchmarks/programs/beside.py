@@ -34,7 +34,7 @@ def main() -> None:
     robots, seconds, browsers = int(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3])
     with ExitStack() as stack:
         fabric, folder = began(stack, robots, "fast")
-        rems = (sys.executable, "-m", "rems_net.cli")
+        rems = (sys.executable, "-m", "rems_net")
         at = ("--fabric", NAME)
         if browsers:
             page = started(stack, folder, *rems[1:], "dashboard", "--no-qr", *at)

@@ -37,7 +37,7 @@ KEY = {"code": "ArrowUp", "key": "ArrowUp", "windowsVirtualKeyCode": 38}
 
 def links(stack: ExitStack, folder: Path, *more: str) -> tuple[str, str, int]:
     """Start the page; return its link, the address of viewers, and its process."""
-    words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--viewers", *more)
+    words = ("-m", "rems_net", "dashboard", "--no-qr", "--viewers", *more)
     page = started(stack, folder, *words, "--fabric", NAME)
     found = []
     assert page.stdout is not None

@@ -52,7 +52,7 @@ lab.run()
 
 def main() -> None:
     way, seconds = sys.argv[1:]
-    words = ["-m", "rems_net.cli", "run", "weave.py"]
+    words = ["-m", "rems_net", "run", "weave.py"]
     if way == "direct":
         words.insert(3, "--direct")
     if way == "numpy":

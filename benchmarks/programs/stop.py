@@ -31,7 +31,7 @@ def main() -> None:
     robots, browsers, count = map(int, sys.argv[1:4])
     with ExitStack() as stack:
         fabric, folder = began(stack, robots)
-        words = ("-m", "rems_net.cli", "dashboard", "--no-qr", "--fabric", NAME)
+        words = ("-m", "rems_net", "dashboard", "--no-qr", "--fabric", NAME)
         page = started(stack, folder, *words)
         assert page.stdout is not None
         line = next(one for one in page.stdout if "http://" in one)

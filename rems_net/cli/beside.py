@@ -17,8 +17,8 @@ from typing import NamedTuple
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.events import Event
-from rems_net.interrupts import without_ctrl_c
 from rems_net.router.find import PASSWORD, USER
+from rems_net.system.interrupts import without_ctrl_c
 
 #: s. The page gets this long to end by itself.
 ENDING = 2.0
@@ -68,7 +68,7 @@ class Beside:
             words += ["--listen", class_.listen, "--sheet", str(class_.sheet)]
         with without_ctrl_c():
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rems_net.cli", *words],
+                [sys.executable, "-m", "rems_net", *words],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

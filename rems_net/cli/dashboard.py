@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 from _thread import interrupt_main
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -20,10 +20,13 @@ from rems_net.errors import DeniedError, ExperimentError
 from rems_net.libraries import look_for
 from rems_net.router.gate.users import OWNER
 from rems_net.router.settings import Link
+from rems_net.system.standard_input import lines
 
 if TYPE_CHECKING:
     from rems_net.dashboard.door import Door
 
+#: bytes of the line with all users of a class
+USERS = 2**24
 EXAMPLES = """\
 examples:
   rems dashboard
@@ -84,10 +87,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl+C."""
     check(args)
-    users = json.loads(sys.stdin.readline()) if args.sheet else {}
+    parent = lines(USERS)
+    users = json.loads(next(parent)) if args.sheet else {}
     layout = read_layout(args.layout) if args.layout else None
     if args.beside:  # a run or a router: end with it
-        Thread(target=_await_end, name="beside", daemon=True).start()
+        Thread(target=_await_end, args=(parent,), daemon=True).start()
     if args.recordings:
         return _show(args)
     from rems_net.dashboard.server import Server
@@ -169,9 +173,9 @@ def check_user(user: str) -> None:
         )
 
 
-def _await_end() -> None:
+def _await_end(parent: Iterator[str]) -> None:
     """Interrupt this program when its standard input ends."""
-    while sys.stdin is not None and sys.stdin.read(4096):
+    for _ in parent:
         pass
     interrupt_main()
 

@@ -4,21 +4,17 @@ Every system can read a line, and Ctrl+C still ends the router. A script or anot
 program can write the same line to its standard input.
 """
 
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from threading import Event, Thread
+from threading import Thread
 
 from rems_net.cli.stop import say
 from rems_net.errors import FabricError
 from rems_net.router.session import Session
+from rems_net.system.standard_input import lines
 
 STOPS, RELEASES = ("s", "stop"), ("r", "release")
-#: bytes. A longer line is no command, and is not stored.
-LONGEST = 1024
-#: s. Pause before another read of a terminal in whose background we run.
-AGAIN = 0.5
 
 
 def obey(session: Session, log: Callable[[str], None]) -> None:
@@ -61,22 +57,3 @@ def done(session: Session, *, release: bool) -> Iterator[str]:
         yield from (f"  {line}" for line in lines)
     if not release:
         yield "Let them go on with: r (and Enter), or rems stop --release --all"
-
-
-def lines() -> Iterator[str]:
-    """Yield the lines of the standard input, stripped, until its end."""
-    # Not sys.stdin: at exit a waiting thread would still hold its lock.
-    handle, kept, pause = sys.stdin.fileno(), b"", Event()
-    while True:
-        try:
-            came = os.read(handle, LONGEST)
-        except OSError:  # we are in the background of a terminal, or it was closed
-            if not os.isatty(handle):
-                return
-            pause.wait(AGAIN)
-            continue
-        if not came:
-            return
-        *whole, kept = (kept + came).split(b"\n")
-        kept = kept[-LONGEST:]
-        yield from (line.decode(errors="replace").strip() for line in whole)

@@ -30,10 +30,10 @@ from rems_net.client.why import why
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, FabricError, nearest, some
 from rems_net.events import warn
-from rems_net.interrupts import CLOSING
 from rems_net.router.find import chosen, open_session, others
 from rems_net.router.keys import agent_of, full_key
 from rems_net.router.session import Session
+from rems_net.system.interrupts import CLOSING
 
 
 def join(fabric: str = "", at: str = "") -> "Fabric":

@@ -12,6 +12,8 @@ from itertools import groupby
 from threading import Thread
 from typing import Any
 
+from rems_net.system.standard_input import lines
+
 #: points of a line; of more, every second one is kept
 POINTS = 4000
 #: s between two pictures, at least
@@ -20,6 +22,8 @@ PAUSE = 0.05
 SHARE = 4.0
 #: s. A pause is no longer than this, so that a window closes soon.
 LONGEST = 1.0
+#: bytes of a row, at most
+ROW = 2**24
 #: rows that wait to be drawn
 ROWS: deque[list[Any] | None] = deque(maxlen=20_000)
 
@@ -76,7 +80,7 @@ class Lines:
 
 def read() -> None:
     """Take rows from the standard input; None is their end."""
-    for line in sys.stdin.buffer:
+    for line in lines(ROW):
         ROWS.append(json.loads(line))
     ROWS.append(None)
 

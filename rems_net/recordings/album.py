@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rems_net.errors import ExperimentError, UnknownFieldError, nearest, some
 from rems_net.pictures import pixels
-from rems_net.reading import MESH, read_file
+from rems_net.system.reading import MESH, read_file
 
 
 class Album(Mapping[int, NDArray[np.uint8]]):

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from rems_net.defdict import Field, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest, some, whereabouts
-from rems_net.reading import TABLE, read_file
 from rems_net.recordings.spreadsheet import plain
+from rems_net.system.reading import TABLE, read_file
 
 TIMES = ("time", "timestamp")
 EXAMPLE = "'time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]'"

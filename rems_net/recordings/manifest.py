@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.defdict import DefDict, Schema
-from rems_net.reading import read_file
 from rems_net.recordings.csv_file import heading
+from rems_net.system.reading import read_file
 
 NAME = "run.json"
 #: how many numbers a ray has

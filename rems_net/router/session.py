@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any, Self
 import zenoh
 
 from rems_net.errors import FabricError
-from rems_net.interrupts import Again
 from rems_net.router.asking import Asking, glob, shaped
 from rems_net.router.files import SESSION, check_files
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.publisher import Publisher, Watch, direct
 from rems_net.router.settings import Link
+from rems_net.system.interrupts import Again
 
 if TYPE_CHECKING:
     from rems_net.router.gate.users import Users

@@ -22,8 +22,8 @@ from rems_net.defdict import (
 )
 from rems_net.errors import SchemaError
 from rems_net.maths import atan2, hypot, sincos
-from rems_net.reading import DESCRIPTION, read_file
 from rems_net.scenes.scene import Scene, Thing
+from rems_net.system.reading import DESCRIPTION, read_file
 
 #: m. Thickness of the board that a ramp is made of.
 BOARD = 0.01

@@ -14,9 +14,9 @@ from rems_net.agents.experiment.checking.settings import check_folder, make_fold
 from rems_net.agents.experiment.folder import move_away
 from rems_net.errors import ExperimentError, shown
 from rems_net.events import info
-from rems_net.reading import TABLE, read_file
 from rems_net.recordings.recording import SWEEP
 from rems_net.sweeps.work import Made, Row
+from rems_net.system.reading import TABLE, read_file
 
 #: the row of a run, in its folder
 ROW = "row.json"

@@ -23,7 +23,6 @@ from rems_net.agents.robot import Driver
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError, RemsError, uncoded
 from rems_net.events import warn
-from rems_net.interrupts import without_ctrl_c
 from rems_net.recordings.manifest import Manifest
 from rems_net.sweeps.factors import Factor, Point, check_points, factor, names, points
 from rems_net.sweeps.measures import measures
@@ -41,6 +40,7 @@ from rems_net.sweeps.work import (
     vary,
     work,
 )
+from rems_net.system.interrupts import without_ctrl_c
 
 #: runs of the largest sweep that is not asked for by its number
 MOST = 100_000

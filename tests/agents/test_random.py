@@ -63,7 +63,7 @@ def test_the_seed_sets_them(tmp_path: Path) -> None:
 def test_from_the_command_line_and_a_file(tmp_path: Path) -> None:
     (tmp_path / "hand.py").write_text(HAND + DRAWS.replace("DRAWN", "0"))
     (tmp_path / "lab.toml").write_text(FILE)
-    run = ("-m", "rems_net.cli", "run", "--direct", "lab.toml")
+    run = ("-m", "rems_net", "run", "--direct", "lab.toml")
     for words, seed in ((), 5), (("--seed", "7"), 7):
         status, said = python(tmp_path, *run, *words)
         assert status == 0, said

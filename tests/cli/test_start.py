@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rems_net.interrupts import without_ctrl_c
+from rems_net.system.interrupts import without_ctrl_c
 from tests.agents.runs import quiet, relatives, until
 from tests.commands import Run, Running, Start, begun, command
 

@@ -15,7 +15,7 @@ from tests.commands import Done, Run, Start, environment, finished
 
 #: the command as it was installed; the module, where it is not on the path
 INSTALLED = shutil.which("rems", path=str(Path(sys.executable).parent))
-REMS = [INSTALLED] if INSTALLED else [sys.executable, "-m", "rems_net.cli"]
+REMS = [INSTALLED] if INSTALLED else [sys.executable, "-m", "rems_net"]
 SPARE = "the temporary folder of a test can hold no such name here"
 
 shell = pytest.mark.skipif(os.name != "posix", reason="there is no `sh` here")

@@ -13,11 +13,11 @@ from rems_net.bodies.files.built import read as read_model
 from rems_net.bodies.files.meshes import corners, made_binary
 from rems_net.bodies.model import Model
 from rems_net.errors import RemsError
-from rems_net.reading import DESCRIPTION, MESH, TABLE, read_file
 from rems_net.recordings.csv_file import CsvFile
 from rems_net.recordings.manifest import LONGEST, NAME, read_manifest
 from rems_net.router.gate import classlist, users
 from rems_net.scenes.description import described
+from rems_net.system.reading import DESCRIPTION, MESH, TABLE, read_file
 
 #: each reader of files that a user names, and the most bytes that it reads
 READERS: dict[str, tuple[Callable[[Path], object], int]] = {

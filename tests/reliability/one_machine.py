@@ -24,7 +24,7 @@ def full_disk(folder: Path, on_failure: str, expected: bytes = b"") -> Found:
         _long(lab, f'on_failure = "{on_failure}"\n')
         script = (
             "mkdir -p small && mount -t tmpfs -o size=64k none small && "
-            '"$0" -m rems_net.cli run --alone lab.toml --out small/out; status=$?; '
+            '"$0" -m rems_net run --alone lab.toml --out small/out; status=$?; '
             "mkdir kept; cp -r small/out/. kept; umount small; exit $status"
         )
         run = lab.start("full", ["unshare", "-m", "sh", "-c", script, sys.executable])
@@ -44,9 +44,7 @@ def few_files(folder: Path) -> Found:
     found = Found("24 open files at most (`ulimit -n 24`)", "does not start")
     with Lab(folder) as lab:
         _long(lab, "")
-        script = (
-            'ulimit -n 24; exec "$0" -m rems_net.cli run --alone lab.toml --out here'
-        )
+        script = 'ulimit -n 24; exec "$0" -m rems_net run --alone lab.toml --out here'
         run = lab.start("few", ["sh", "-c", script, sys.executable])
         status = run.process.wait(GIVE_UP)
         assert status, run.text()
@@ -76,7 +74,7 @@ def system_time(folder: Path, seconds: int) -> Found:
             *told,
             sys.executable,
             "-m",
-            "rems_net.cli",
+            "rems_net",
             "run",
             "--alone",
             "lab.toml",

@@ -294,7 +294,7 @@ class Scene:
 
         def look() -> bool:
             for program in self.rig.programs:
-                if program.ended and program.name == "cli":
+                if program.ended and program.name == "rems_net":
                     raise RuntimeError(f"{program.log.name}:\n{program.text()}")
             return len(self.moving()) == self.robots
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import place
-from rems_net.interrupts import without_ctrl_c
+from rems_net.system.interrupts import without_ctrl_c
 
 #: The name of a script's module in the processes of multiprocessing.
 SCRIPT = "__mp_main__"

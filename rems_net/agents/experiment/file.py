@@ -25,7 +25,7 @@ from rems_net.agents.experiment.source.methods import check_nested
 from rems_net.agents.protocol.plan import COMMON, ROBOT as CLASSES, robot_classes
 from rems_net.agents.world import World
 from rems_net.errors import ExperimentError, RemsError, nearest, whereabouts
-from rems_net.reading import DESCRIPTION, decoded, read_file
+from rems_net.system.reading import DESCRIPTION, decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads, meant
 
 #: Keys of a table: the arguments of the method behind it.

@@ -15,6 +15,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
 
+from rems_net.system.standard_input import read
+
 #: Exit status of a host whose parent is gone or whose agent failed.
 FAILED = 1
 #: s. Exit functions may take this long.
@@ -78,7 +80,7 @@ class Lifeline:
         self._words.put(said)
         if said is None:  # started by hand: `words` reports it
             return
-        while os.read(0, 4096):
+        while read(4096):
             pass
         with self._lock:
             self._ended = True
@@ -104,8 +106,7 @@ def _exactly(count: int) -> bytes | None:
     """Return this many bytes; None if the input ends before."""
     data = b""
     while len(data) < count:
-        # Not sys.stdin: its buffer would swallow the following bytes.
-        more = os.read(0, count - len(data))
+        more = read(count - len(data))
         if not more:
             return None
         data += more

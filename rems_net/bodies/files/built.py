@@ -15,7 +15,7 @@ from rems_net.bodies.parts import Box, Part, Sphere
 from rems_net.errors import SchemaError
 from rems_net.kinematics.rotation import three
 from rems_net.libraries import load
-from rems_net.reading import DESCRIPTION, read_file
+from rems_net.system.reading import DESCRIPTION, read_file
 
 #: library that reads an MJCF
 MUJOCO = "mujoco"

@@ -9,7 +9,7 @@ import numpy as np
 
 from rems_net.bodies.parts import Array
 from rems_net.errors import SchemaError
-from rems_net.reading import MESH, read_file
+from rems_net.system.reading import MESH, read_file
 
 #: A binary STL: a header of any bytes, the number of triangles, and the triangles.
 HEAD, COUNT = 80, 4

@@ -11,7 +11,6 @@ from contextlib import suppress
 from textwrap import fill
 from typing import Any
 
-from rems_net.cli import typed
 from rems_net.cli.options import warn
 from rems_net.emulators.commands import KNOWN as WORDS
 from rems_net.emulators.emulator import Emulator
@@ -21,6 +20,7 @@ from rems_net.firmware import build, port
 from rems_net.firmware.fleet import TOGETHER, Fleet
 from rems_net.router.find import open_session
 from rems_net.router.keys import FABRIC, check_name, is_name
+from rems_net.system.standard_input import lines
 
 #: the lines that can be typed to a device at a port
 TYPED = "\n".join(
@@ -152,7 +152,7 @@ def _device(name: str, port: str) -> int:
         print(f"{name} at {device.where}; Ctrl+C ends it", flush=True)
         can = f"rems: type what is to happen: {', '.join(device.words)}"
         print(fill(can, 79, break_on_hyphens=False), file=sys.stderr, flush=True)
-        # The thread blocks until a line comes, and ends with this process.
+        # It ends with this process.
         threading.Thread(target=_listen, args=(device,), daemon=True).start()
         _show(device)
     return 0
@@ -160,7 +160,7 @@ def _device(name: str, port: str) -> int:
 
 def _listen(device: Emulator[Any]) -> None:
     """Pass typed lines to the device."""
-    for line in typed.lines():
+    for line in lines():
         try:
             if line:
                 device.order(line)

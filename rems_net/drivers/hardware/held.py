@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
-from rems_net.interrupts import without_ctrl_c
+from rems_net.system.interrupts import without_ctrl_c
 
 #: command line of the process
 HOLDER = (sys.executable, "-m", "rems_net.drivers.hardware.holder")

@@ -23,7 +23,7 @@ from rems_net.drivers.kinematic.model import POSE
 from rems_net.errors import ExperimentError, SchemaError
 from rems_net.events import warn
 from rems_net.maths import sincos
-from rems_net.reading import DESCRIPTION, read_file
+from rems_net.system.reading import DESCRIPTION, read_file
 
 if TYPE_CHECKING:
     from rems_net.drivers.kinematic.kinematic import Kinematic

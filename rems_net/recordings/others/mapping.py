@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from rems_net.defdict import number, parse_quantity
 from rems_net.errors import ExperimentError, RemsError, nearest, some, uncoded
-from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.recordings.comparison import pose_of, si_factors
 from rems_net.recordings.csv_file import Column, CsvFile, heading
 from rems_net.recordings.table import Columns, read_columns
+from rems_net.system.reading import DESCRIPTION, decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads
 
 #: mappings that rems_net has

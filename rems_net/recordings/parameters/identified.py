@@ -19,7 +19,7 @@ from typing import Any
 
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, whereabouts
-from rems_net.reading import decoded, read_file
+from rems_net.system.reading import decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads
 
 #: Keys of a file, outside its tables.

@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.errors import ExperimentError, FabricError, nearest
-from rems_net.reading import DESCRIPTION, decoded, read_file
 from rems_net.router import notes
 from rems_net.router.gate.access import MEMBERS, ROLES
 from rems_net.router.keys import check_name
+from rems_net.system.reading import DESCRIPTION, decoded, read_file
 from rems_net.toml import TOMLDecodeError, loads
 
 #: characters of a password: short ones can be guessed after listening on the network

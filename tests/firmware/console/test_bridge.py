@@ -206,7 +206,7 @@ def test_frames_come_back_and_damaged_ones_do_not(
 
 
 def test_a_robot_that_goes_by_wifi_is_told_of(robot: Robot) -> None:
-    command = [sys.executable, "-m", "rems_net.cli", "board", "bridge", robot.port]
+    command = [sys.executable, "-m", "rems_net", "board", "bridge", robot.port]
     done = finished(command)
     assert done.returncode == 2
     assert done.stderr == (

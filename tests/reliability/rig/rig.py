@@ -211,7 +211,7 @@ class Rig:
 
     def rems(self, *words: object, machine: str = HERE, router: str = "") -> Program:
         """Start `rems words...`: a run, agents that join one, a question."""
-        return self.module("rems_net.cli", *words, machine=machine, router=router)
+        return self.module("rems_net", *words, machine=machine, router=router)
 
     def machine(self, name: str) -> list[int]:
         """The processes on a machine."""

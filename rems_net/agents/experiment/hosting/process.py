@@ -10,9 +10,9 @@ from typing import IO, Any
 
 from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.events import Event, read_line
-from rems_net.interrupts import without_ctrl_c
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
+from rems_net.system.interrupts import without_ctrl_c
 
 #: the command of a host process
 HOST = (sys.executable, "-m", "rems_net.agents.host")

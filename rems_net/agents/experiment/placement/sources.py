@@ -14,7 +14,7 @@ from rems_net.agents.experiment.placement.needs import source_digest
 from rems_net.agents.protocol.placement import Offer, reference
 from rems_net.agents.protocol.plan import ROBOT, class_names, each
 from rems_net.errors import ExperimentError
-from rems_net.reading import DESCRIPTION, read_file
+from rems_net.system.reading import DESCRIPTION, read_file
 
 #: Number of files and classes that one class may inherit through.
 DEPTH = 20

@@ -38,7 +38,7 @@ def test_ctrl_z_and_a_laptop_that_shuts_down(tmp_path: Path) -> None:
     with emulated(tmp_path) as emulator:
         (tmp_path / "port").symlink_to(emulator.where)
         process = subprocess.Popen(
-            [sys.executable, "-m", "rems_net.cli", "run", "lab.toml"],
+            [sys.executable, "-m", "rems_net", "run", "lab.toml"],
             cwd=tmp_path,
             env=os.environ | dict([mark.split("=", 1)]),
             stdout=subprocess.DEVNULL,

@@ -1,4 +1,4 @@
-"""`python -m rems_net.cli` is `rems`, for systems with the command not on the path."""
+"""`python -m rems_net` is `rems`, if the command is not on the path."""
 
 import sys
 

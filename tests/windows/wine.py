@@ -1,0 +1,239 @@
+"""Windows' own Python on Linux: Wine, CPython for Windows, and the system's libraries.
+
+Everything comes from package registries, into a folder outside the checkout; nothing of
+it belongs to this project. Wine is no Windows: there is no console host of Microsoft,
+no Defender, no scheduler of Windows. So pages say "tried under Wine".
+"""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Timer
+from typing import Any
+
+from tests.commands import ROOT
+
+#: the archives of Maven Central; each has a folder `org/bytedeco/<name>/<SYSTEM>`
+SYSTEM = "windows-x86_64"
+CPYTHON, RUNTIME = "cpython:3.12.1-1.5.10", "javacpp:1.5.10"
+COMPILER = "x86_64-w64-mingw32-gcc"
+#: program, and what brings it on Debian
+TOOLS = {
+    "wine": "wine64",
+    COMPILER: "gcc-mingw-w64-x86-64-win32",
+    "mvn": "maven",
+}
+#: Native libraries come first, since Wine's own lack functions that wheels call.
+NATIVE = "ucrtbase=n,b;vcruntime140=n,b;vcruntime140_1=n,b;msvcp140=n,b"
+#: Zenoh (Rust) asks this library for random bytes, and Wine 8 has none.
+RANDOM = """
+#include <windows.h>
+#include <bcrypt.h>
+__declspec(dllexport) BOOL ProcessPrng(PBYTE data, SIZE_T size)
+{
+    return !BCryptGenRandom(0, data, (ULONG)size, BCRYPT_USE_SYSTEM_PREFERRED_RNG);
+}
+"""
+#: written last: a folder with it is complete; what its packages were installed for
+DONE, INSTALLED = "complete.txt", "installed.toml"
+
+
+def missing() -> str:
+    """Return why Windows' Python cannot be had here, or ""."""
+    gone = [package for tool, package in TOOLS.items() if shutil.which(tool) is None]
+    return f"to be installed: {' '.join(gone)}" if gone else ""
+
+
+class Windows:
+    """A folder with Wine's system and Windows' Python.
+
+    folder: outside the checkout; it grows to about 1 GB.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.root = folder / "python"
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Variables for programs of this system; rems_net comes from the checkout."""
+        kept = {k: v for k, v in os.environ.items() if not k.startswith(DROPPED)}
+        return kept | {
+            "COLUMNS": "80",
+            "PYTHONPATH": str(ROOT),
+            "WINEPREFIX": str(self.folder / "prefix"),
+            "WINEARCH": "win64",
+            "WINEDEBUG": "-all",
+            # a program that fails must end, and wait for no debugger
+            "WINEDLLOVERRIDES": f"mscoree,mshtml,winedbg.exe=d;{NATIVE}",
+        }
+
+    def make(self) -> None:
+        """Make the folder, unless it is complete. Raises CalledProcessError."""
+        if (self.folder / DONE).exists():
+            return
+        shutil.rmtree(self.root, ignore_errors=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._unpack(CPYTHON, self.root)
+        # Wine's `platform.uname()` would ask a library for a function that it lacks.
+        (self.root / "lib" / "_wmi.pyd").unlink()
+        self._unpack(RUNTIME, self.root, "*.dll")
+        self._visual_c()
+        self._forwarder()
+        self._random()
+        # Nor has Wine 8 this function, which shutil calls if it is there.
+        shell = self.root / "lib" / "shutil.py"
+        text = shell.read_text(encoding="utf-8")
+        text = text.replace('hasattr(_winapi, "CopyFile2")', "False")
+        shell.write_text(text, encoding="utf-8")
+        self.run("wineboot", "--init")
+        key = r"HKCU\Software\Wine"
+        self.run("reg", "add", key, "/v", "Version", "/d", "win10", "/f")
+        self.python("-m", "ensurepip")
+        (self.folder / DONE).write_text("", encoding="utf-8")
+
+    def install(self) -> None:
+        """Install what the checkout asks for, by the README's first command."""
+        asked = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+        known = self.folder / INSTALLED
+        if known.exists() and known.read_text(encoding="utf-8") == asked:
+            return
+        command = (ROOT / "README.md").read_text(encoding="utf-8").split("```sh\n")[1]
+        program, *words = shlex.split(command.partition(" && ")[0])
+        assert program == "python", command
+        self.python(*words, "-q", "--no-warn-script-location", cwd=ROOT, seconds=900)
+        self.python("-m", "pip", "uninstall", "-q", "-y", "rems-net")
+        known.write_text(asked, encoding="utf-8")
+
+    def start(
+        self, *words: str | Path, cwd: Path | None = None, **more: str
+    ) -> subprocess.Popen[str]:
+        """Start a program of this system; `more` are variables of its environment.
+
+        Its streams are pipes: with files of Linux, Windows' Python does not start.
+        """
+        return subprocess.Popen(
+            ["wine", *map(str, words)],
+            cwd=cwd,
+            env=self.environment | more,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+        )
+
+    def run(
+        self,
+        *words: str | Path,
+        cwd: Path | None = None,
+        seconds: float = 120,
+        fails: bool = False,
+        **more: str,
+    ) -> str:
+        """Run a program of this system to its end; return all that it printed.
+
+        Raises AssertionError if it fails, or with `fails` if it does not.
+        """
+        with self.start(*words, cwd=cwd, **more) as process:
+            timer = Timer(seconds, process.kill)
+            timer.start()
+            assert process.stdout is not None
+            printed = process.stdout.read()  # its input stays open, as in a terminal
+            timer.cancel()
+            status = process.wait()
+        assert bool(status) == fails, (words, status, printed)
+        return printed
+
+    def python(self, *words: str | Path, **options: Any) -> str:
+        """Run Python with these words."""
+        return self.run(self.root / "python.exe", *words, **options)
+
+    def rems(self, *words: str | Path, **options: Any) -> str:
+        """Run `rems` with these words."""
+        return self.python("-W", "error", "-m", "rems_net", *words, **options)
+
+    def end(self) -> None:
+        """End every program of this system."""
+        subprocess.run(["wineserver", "-k"], env=self.environment, check=False)
+
+    def _unpack(self, artifact: str, to: Path, which: str = "*") -> None:
+        """Fetch an archive, and unpack its folder for this system."""
+        name, version = artifact.split(":")
+        _run(
+            ["mvn", "-q", "-B", "dependency:copy"],
+            f"-Dartifact=org.bytedeco:{artifact}:jar:{SYSTEM}",
+            f"-DoutputDirectory={self.folder}",
+        )
+        prefix = f"org/bytedeco/{name}/{SYSTEM}/"
+        archive = self.folder / f"{name}-{version}-{SYSTEM}.jar"
+        with zipfile.ZipFile(archive) as packed:
+            for member in packed.infolist():
+                path = Path(member.filename.removeprefix(prefix))
+                if member.filename.startswith(prefix) and path.match(which):
+                    if member.is_dir():
+                        continue
+                    (to / path).parent.mkdir(parents=True, exist_ok=True)
+                    (to / path).write_bytes(packed.read(member))
+        archive.unlink()
+
+    def _visual_c(self) -> None:
+        """Put a new runtime of Visual C++ beside python.exe: MuJoCo needs it."""
+        _run(
+            [
+                "python",
+                "-m",
+                "pip",
+                "download",
+                "-q",
+                "--no-deps",
+                "--only-binary=:all:",
+            ],
+            "--platform=win_amd64",
+            "--python-version=3.12",
+            f"--dest={self.folder}",
+            "msvc-runtime",
+        )
+        (wheel,) = self.folder.glob("msvc_runtime-*.whl")
+        with zipfile.ZipFile(wheel) as packed:
+            for name in packed.namelist():
+                if name.endswith(".dll"):
+                    (self.root / Path(name).name).write_bytes(packed.read(name))
+        wheel.unlink()
+
+    def _forwarder(self) -> None:
+        """Make python3.dll, which wheels for all versions of Python look for."""
+        listed = _run(["x86_64-w64-mingw32-objdump", "-p", self.root / "python312.dll"])
+        exports = listed.split("[Ordinal/Name Pointer] Table")[1]
+        names = re.findall(r"\[ *\d+\] (\w+)", exports)
+        lines = [f"{name}=python312.{name}" for name in names]
+        definition = self.folder / "python3.def"
+        text = "\n".join(["LIBRARY python3.dll", "EXPORTS", *lines])
+        definition.write_text(text, encoding="utf-8")
+        self._link("python3.dll", definition, "-nostdlib", "-Wl,--entry=0")
+
+    def _random(self) -> None:
+        """Make bcryptprimitives.dll."""
+        source = self.folder / "random.c"
+        source.write_text(RANDOM, encoding="utf-8")
+        self._link("bcryptprimitives.dll", source, "-lbcrypt")
+
+    def _link(self, name: str, source: Path, *flags: str) -> None:
+        _run([COMPILER, "-shared", "-o", self.root / name, source, *flags])
+        source.unlink()
+
+
+#: Variables of Linux that would change what Windows' programs do.
+DROPPED = ("PYTHON", "VIRTUAL_ENV", "XDG_", "DISPLAY", "WAYLAND_DISPLAY", "WINE")
+
+
+def _run(words: Sequence[str | Path], *more: str) -> str:
+    """Run a program of Linux to its end; return its output."""
+    return subprocess.run(
+        [*map(str, words), *more], check=True, stdout=subprocess.PIPE, text=True
+    ).stdout
