@@ -11,6 +11,7 @@ from rems_net.defdict import Schema
 from rems_net.events import warn
 from rems_net.outputs.refused import failed, taken
 from rems_net.pictures import album, is_picture, png
+from rems_net.system.patience import patiently
 
 #: where a picture is put together; it gets its name when it is whole
 PART = "picture.part"
@@ -60,7 +61,7 @@ class PicturesOutput(Output):
         part = folder / PART
         try:
             part.write_bytes(picture)
-            part.replace(folder / name)
+            patiently(lambda: part.replace(folder / name))
         except OSError as error:
             part.unlink(missing_ok=True)
             raise failed(self.key, folder / name, error) from None

@@ -11,6 +11,7 @@ from typing import Any
 
 from rems_net.defdict import DefDict, Schema
 from rems_net.recordings.csv_file import heading
+from rems_net.system.patience import patiently
 from rems_net.system.reading import read_file
 
 NAME = "run.json"
@@ -107,7 +108,8 @@ class Manifest:
     def write(self, folder: Path) -> None:
         """Put it into the folder. Raises OSError."""
         text = json.dumps(self.plain(), indent=1, default=bytes.hex) + "\n"
-        (folder / NAME).write_text(text, encoding="utf-8")
+        path = folder / NAME
+        patiently(lambda: path.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def read_manifest(folder: Path) -> Manifest | None:

@@ -14,7 +14,9 @@ FABRIC = "rems"
 
 #: letters. Longest name that can be one chunk of a key.
 LONGEST = 63
-_NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_.-]{{0,{LONGEST - 1}}}")
+_NAME = re.compile(rf"[A-Za-z0-9](?:[A-Za-z0-9_.-]{{0,{LONGEST - 2}}}[A-Za-z0-9_-])?")
+#: what Windows takes for a device, with any ending: `con.csv` is no file there
+_DEVICE = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|\Z)", re.I | re.A)
 
 
 #: Chunk of the keys of agents in lock-step. Values there must not be lost, so their
@@ -47,15 +49,22 @@ def check_name(name: object, what: str) -> str:
     """Return `name` if it can be one chunk of a key, else raise ExperimentError."""
     if isinstance(name, str) and is_name(name):
         return name
+    if isinstance(name, str) and _DEVICE.match(name):
+        raise ExperimentError(
+            f"{what} is {name!r}, which Windows takes for a device: no file can have "
+            f"this name there. Give another one, such as my_{name}. (R0610)"
+        )
     raise ExperimentError(
         f"{what} is {name!r}; a name has 1 to 63 letters, digits, '_', '-' or '.', "
-        "and begins with a letter or a digit. (R0610)"
+        "begins with a letter or a digit, and ends with no '.'. (R0610)"
     )
 
 
 def is_name(name: object) -> bool:
     """Return whether `name` can be one chunk of a key."""
-    return isinstance(name, str) and _NAME.fullmatch(name) is not None
+    if not isinstance(name, str) or _NAME.fullmatch(name) is None:
+        return False
+    return _DEVICE.match(name) is None
 
 
 def agent_of(key: str) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rems_net.errors import FabricError
+from rems_net.system.patience import patiently
 
 VARIABLE = "XDG_RUNTIME_DIR"
 #: bytes of the longest note
@@ -117,7 +118,7 @@ def write_own(file: Path, text: str) -> None:
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as new:
             new.write(text)
-        Path(name).replace(file)
+        patiently(lambda: Path(name).replace(file))
     except BaseException:
         with suppress(OSError):
             Path(name).unlink()

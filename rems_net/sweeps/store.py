@@ -16,6 +16,7 @@ from rems_net.errors import ExperimentError, shown
 from rems_net.events import info
 from rems_net.recordings.recording import SWEEP
 from rems_net.sweeps.work import Made, Row
+from rems_net.system.patience import patiently
 from rems_net.system.reading import TABLE, read_file
 
 #: the row of a run, in its folder
@@ -84,7 +85,7 @@ class Store:
                     (part / name).parent.mkdir(parents=True, exist_ok=True)
                 (part / name).write_bytes(data)
             (part / ROW).write_text(json.dumps(made.row) + "\n", encoding="utf-8")
-            part.rename(self.folder(number))
+            patiently(lambda: part.rename(self.folder(number)))
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise self._full(f"run {number} of {self.runs}", error) from None
@@ -97,7 +98,7 @@ class Store:
         part = self.path / f"{PART}{file.name}"
         try:
             part.write_bytes(data)
-            part.replace(file)
+            patiently(lambda: part.replace(file))
         except OSError as error:
             with suppress(OSError):
                 part.unlink()
@@ -106,7 +107,8 @@ class Store:
     def _full(self, what: str, error: OSError) -> ExperimentError:
         return ExperimentError(
             f"cannot write {what} into {shown(self.path)}: {error.strerror}. Make room "
-            "there, and type the same command again: it goes on with this run. (R1025)"
+            "there, or close what has it open, and type the same command again: it "
+            "goes on with this run. (R1025)"
         )
 
     def _rows(self) -> Iterable[Row]:

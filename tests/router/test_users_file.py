@@ -58,7 +58,7 @@ unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode 
         (
             '[members]\n"a:b" = "secret heron"\n',
             "FILE: the name of a user is 'a:b'; a name has 1 to 63 letters, digits, "
-            "'_', '-' or '.', and begins with a letter or a digit.",
+            "'_', '-' or '.', begins with a letter or a digit, and ends with no '.'.",
         ),
         (
             '[members]\nanna = "secret heron"\n[guests]\nanna = "secret heron"\n',

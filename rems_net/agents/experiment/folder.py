@@ -5,6 +5,7 @@ import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rems_net.agents.about.wiring import resolve
@@ -22,6 +23,7 @@ from rems_net.recordings.mcap.scan import finish as end_recording
 from rems_net.recordings.mcap.writer import FILE as RECORDING
 from rems_net.recordings.recording import Recording, moved
 from rems_net.router import notes
+from rems_net.system.patience import patiently
 
 #: files that are drawn into it when the run is over
 PICTURES = ("comparison.png", "plot.png")
@@ -205,19 +207,19 @@ def move_away(path: Path, files: Sequence[str], whole: bool) -> str:
         count += 1
     try:
         if whole:
-            path.rename(new)
+            patiently(partial(path.rename, new))
         else:
             for name in [*files, NAME, *PICTURES]:
                 target = new / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(FileNotFoundError):
-                    (path / name).rename(target)
+                    patiently(partial((path / name).rename, target))
         moved(path, new)
     except OSError as error:
         raise ExperimentError(
             f"what an earlier run left in {shown(path)} cannot be moved to "
-            f"{shown(new)}: {error.strerror}. Close what has its files open, or give "
-            "this run another folder. (R0414)"
+            f"{shown(new)}: {error.strerror}. Close what has its files open (Excel?), "
+            f"or give this run another folder: --out {shown(new)} (R0414)"
         ) from None
     what = "was in" if whole else "an earlier run left in"
     return f"what {what} {shown(path)} is now in {shown(new)}"

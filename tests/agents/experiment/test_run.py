@@ -151,7 +151,8 @@ def test_a_value_that_does_not_fit_is_dropped_and_told(
         (
             lambda lab: lab.robot("a b", "parts.py:Cart", "parts.py:Euler"),
             "robot 'a b': the name of this robot is 'a b'; a name has 1 to 63 letters, "
-            "digits, '_', '-' or '.', and begins with a letter or a digit.",
+            "digits, '_', '-' or '.', begins with a letter or a digit, and ends with "
+            "no '.'.",
         ),
         (
             lambda lab: lab.process("p", "parts.py:Follow", leader="robot/r0/state"),

@@ -136,7 +136,7 @@ def entry(**more: Any) -> list[dict[str, Any]]:
         (
             changed(agents=entry(key="robot/\x1b[2J")),
             r"an agent is '\x1b[2J'; a name has 1 to 63 letters, digits, '_', '-' or "
-            "'.', and begins with a letter or a digit.",
+            "'.', begins with a letter or a digit, and ends with no '.'.",
         ),
         (
             changed(agents=entry(every=0)),
