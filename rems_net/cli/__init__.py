@@ -24,6 +24,7 @@ from rems_net.cli.verbs import (
     VERBS,
 )
 from rems_net.errors import AgentError, ExperimentError, RemsError, longer, nearest
+from rems_net.system.window import interrupt_at_close
 
 #: beginning of `rems --help`: ten lines that a beginner can type one by one
 FIRST = """\
@@ -65,7 +66,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.words, args.command = words, _command(given)
         if args.command in AWAY:
             import_module("rems_net.cli.options").say_where(getattr(args, "at", ""))
-        for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+        interrupt_at_close()
+        for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # each system lacks one
             sign = getattr(signal, name, None)
             if sign and signal.getsignal(sign) != signal.SIG_IGN:  # as by nohup
                 signal.signal(sign, _terminate)

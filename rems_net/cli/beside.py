@@ -18,7 +18,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.events import Event
 from rems_net.router.find import PASSWORD, USER
-from rems_net.system.interrupts import without_ctrl_c
+from rems_net.system.interrupts import APART, without_ctrl_c
 
 #: s. The page gets this long to end by itself.
 ENDING = 2.0
@@ -72,6 +72,7 @@ class Beside:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
+                creationflags=APART,
                 text=True,
                 encoding="utf-8",
                 errors="replace",

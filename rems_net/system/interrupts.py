@@ -2,6 +2,7 @@
 
 import logging
 import signal
+import sys
 import threading
 from _thread import interrupt_main
 from collections.abc import Iterator
@@ -16,6 +17,12 @@ SOON = 0.05
 #: end of the name of a thread in which Zenoh calls back; Python waits for each of them
 CALLER = "(pyo3-closure)"
 CLOSER = "closing"
+#: flags of a new process that Ctrl+C and a closed window of Windows do not reach
+APART = 0
+if sys.platform == "win32":
+    import _winapi
+
+    APART = _winapi.CREATE_NEW_PROCESS_GROUP | _winapi.CREATE_NO_WINDOW
 
 
 @contextmanager

@@ -74,6 +74,8 @@ if sys.platform == "win32":
         """Return a line typed in the console; Ctrl+C stays a signal."""
         line = ""
         while not line.endswith("\n"):
+            # Wine's console reads its terminal only for a program that waits for it.
+            _winapi.WaitForSingleObject(msvcrt.get_osfhandle(0), 0)
             if not msvcrt.kbhit():
                 time.sleep(LOOK)
                 continue

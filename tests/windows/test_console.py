@@ -1,0 +1,81 @@
+"""How a program ends in a Windows console: its robots stand, recordings are whole."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.windows.console import console
+from tests.windows.wine import Windows
+
+pytestmark = [pytest.mark.wine, pytest.mark.timeout(300)]
+
+#: the last bytes of a recording that has its end, by the specification of MCAP
+MAGIC = b"\x89MCAP0\r\n"
+#: what a person does, in a program around `rems`: after some rows of its recording.
+#: argv: what happens, and the words of `rems`
+AROUND = """\
+import ctypes, sys, threading, time
+from pathlib import Path
+from rems_net.cli import main
+
+def act():
+    log = Path("runs", "lab", "sim.csv")
+    while not log.exists() or log.read_bytes().count(b"\\n") < 20:
+        time.sleep(0.1)
+    windows = ctypes.windll.kernel32
+    if what == "break":
+        windows.GenerateConsoleCtrlEvent(1, 0)
+    else:  # as Windows does it: a thread that calls the handlers one by one
+        routine = ctypes.windll.kernelbase.CtrlRoutine
+        windows.CreateThread(None, 0, routine, ctypes.c_void_p(EVENTS[what]), 0, None)
+
+EVENTS = {"close": 2, "log-off": 5}
+what = sys.argv[1]
+threading.Thread(target=act, daemon=True).start()
+sys.exit(main(sys.argv[2:]))
+"""
+ROBOTS = """\
+[experiment]
+name = "lab"
+dt = "50 ms"
+duration = "60 s"
+pace = 1.0
+
+[[robot]]
+name = "sim"
+definition = "woodbot"
+driver = "kinematic"
+
+[[output]]
+name = "log"
+type = "csv"
+"""
+
+
+def left(windows: Windows) -> list[str]:
+    """Return the programs with Python that still run in Windows."""
+    listed = windows.run("tasklist").splitlines()
+    return [line for line in listed if "python" in line.lower()]
+
+
+@pytest.mark.parametrize("way", ["ctrl+c", "break", "close", "log-off"])
+def test_an_end_that_a_person_makes(windows: Windows, tmp_path: Path, way: str) -> None:
+    (tmp_path / "lab.toml").write_text(ROBOTS, encoding="utf-8")
+    (tmp_path / "around.py").write_text(AROUND, encoding="utf-8")
+    rems = ["run", "lab.toml"]
+    words = ["-m", "rems_net", *rems] if way == "ctrl+c" else ["around.py", way, *rems]
+    python = windows.root / "python.exe"
+    with console(windows, tmp_path, python, "-W", "error", *words) as shown:
+        if way == "ctrl+c":
+            shown.wait_for(r"[1-9]\.\d s of 60")
+            shown.type("\x03")
+        status = shown.status(60.0)
+    assert status == 130, shown.text
+    assert re.search(r"Interrupted after tick \d+", shown.text), shown.text
+    assert not left(windows)
+    folder = tmp_path / "runs" / "lab"
+    rows = (folder / "sim.csv").read_bytes()
+    assert rows.endswith(b"\n")
+    assert rows.count(b"\n") > 10
+    assert (folder / "run.mcap").read_bytes().endswith(MAGIC)
