@@ -23,14 +23,13 @@ def act():
     log = Path("runs", "lab", "sim.csv")
     while not log.exists() or log.read_bytes().count(b"\\n") < 20:
         time.sleep(0.1)
-    windows = ctypes.windll.kernel32
-    if what == "break":
-        windows.GenerateConsoleCtrlEvent(1, 0)
-    else:  # as Windows does it: a thread that calls the handlers one by one
-        routine = ctypes.windll.kernelbase.CtrlRoutine
-        windows.CreateThread(None, 0, routine, ctypes.c_void_p(EVENTS[what]), 0, None)
+    # as Windows does it: a thread that calls the handlers one by one
+    routine, event = ctypes.windll.kernelbase.CtrlRoutine, EVENTS[what]
+    ctypes.windll.kernel32.CreateThread(
+        None, 0, routine, ctypes.c_void_p(event), 0, None
+    )
 
-EVENTS = {"close": 2, "log-off": 5}
+EVENTS = {"break": 1, "close": 2, "log-off": 5}
 what = sys.argv[1]
 threading.Thread(target=act, daemon=True).start()
 sys.exit(main(sys.argv[2:]))
