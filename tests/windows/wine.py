@@ -113,10 +113,14 @@ class Windows:
     def start(
         self, *words: str | Path, cwd: Path | None = None, **more: str
     ) -> subprocess.Popen[str]:
-        """Start a program of this system; `more` are variables of its environment.
+        """Start a program of this system, Python if the first word is an option.
+
+        more: variables of its environment.
 
         Its streams are pipes: with files of Linux, Windows' Python does not start.
         """
+        if str(words[0]).startswith("-"):
+            words = (self.root / "python.exe", *words)
         return subprocess.Popen(
             ["wine", *map(str, words)],
             cwd=cwd,
@@ -152,7 +156,7 @@ class Windows:
 
     def python(self, *words: str | Path, **options: Any) -> str:
         """Run Python with these words."""
-        return self.run(self.root / "python.exe", *words, **options)
+        return self.run(*words, **options)
 
     def rems(self, *words: str | Path, **options: Any) -> str:
         """Run `rems` with these words."""
