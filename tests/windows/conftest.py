@@ -1,12 +1,10 @@
 """Windows' Python under Wine, with rems_net installed by the README's first command."""
 
-import os
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-from tests.windows.wine import Windows, missing
+from tests.windows.wine import Windows, missing, usual
 
 
 @pytest.fixture(scope="session")
@@ -17,9 +15,7 @@ def windows() -> Iterator[Windows]:
     """
     if why := missing():
         pytest.skip(f"There is no Wine here with what its Python needs; {why}.")
-    usual = Path.home() / ".cache" / "rems_net-wine"
-    made = Windows(Path(os.environ.get("REMS_WINE", usual)))
+    made = Windows(usual())
     made.make()
-    made.install()
     yield made
     made.end()

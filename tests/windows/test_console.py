@@ -64,8 +64,7 @@ def test_an_end_that_a_person_makes(windows: Windows, tmp_path: Path, way: str) 
     (tmp_path / "around.py").write_text(AROUND, encoding="utf-8")
     rems = ["run", "lab.toml"]
     words = ["-m", "rems_net", *rems] if way == "ctrl+c" else ["around.py", way, *rems]
-    python = windows.root / "python.exe"
-    with console(windows, tmp_path, python, "-W", "error", *words) as shown:
+    with console(windows, tmp_path, windows.exe, "-W", "error", *words) as shown:
         if way == "ctrl+c":
             shown.wait_for(r"[1-9]\.\d s of 60")
             shown.type("\x03")

@@ -45,7 +45,7 @@ class Jobs(Process):
         self.root = value
 
 
-lab = Experiment("lab", dt="20 ms", duration=DURATION, pace=1.0)
+lab = Experiment("lab", dt="20 ms", duration="600 s", pace=1.0)
 lab.input("ahead", Ahead)
 lab.robot("sim", "woodbot", "kinematic", command="input/ahead")
 lab.robot("other", "woodbot", "kinematic")
@@ -78,7 +78,9 @@ def folder(
     """A folder in which an experiment runs, in four processes, in real time."""
     folder = tmp_path_factory.mktemp("hour")
     (folder / "lab.py").write_text(LAB.replace("DURATION", '"600 s"'), encoding="utf-8")
-    with windows.start("-m", "rems_net", "run", "lab.py", cwd=folder) as process:
+    with windows.start(
+        windows.exe, "-m", "rems_net", "run", "lab.py", cwd=folder
+    ) as process:
         assert process.stdout is not None
         printed = ""
         while "fabric at" not in printed:
@@ -109,9 +111,8 @@ def test_a_run_is_seen_from_outside(windows: Windows, folder: Path) -> None:
     assert "heading" in windows.rems("get", "'robot/*/state'", cwd=folder)
     printed = windows.rems("why", "robot/sim/command", cwd=folder)
     assert "input/ahead" in printed
-    windows.rems(
-        "put", "robot/other/command", "wheel/left=1", "--for", "1 s", cwd=folder
-    )
+    command = ["robot/other/command", "wheel/left=1"]
+    windows.rems("put", *command, "--for", "1 s", cwd=folder)
     assert "1.41421" in windows.rems("get", "process/jobs/result", cwd=folder)
     printed = windows.rems("stop", cwd=folder)
     assert "robot/sim stands" in printed
@@ -121,7 +122,9 @@ def test_a_run_is_seen_from_outside(windows: Windows, folder: Path) -> None:
 def test_a_browser_sees_the_page(
     windows: Windows, folder: Path, chromium: Chromium
 ) -> None:
-    page = windows.start("-m", "rems_net", "dashboard", "--no-qr", cwd=folder)
+    page = windows.start(
+        windows.exe, "-m", "rems_net", "dashboard", "--no-qr", cwd=folder
+    )
     with page:
         assert page.stdout is not None
         link = next(line.split()[-1] for line in page.stdout if "http://" in line)

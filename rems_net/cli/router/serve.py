@@ -1,6 +1,7 @@
 """`rems router serve`: an open fabric: a router, and a clock that waits for nobody."""
 
 import argparse
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -175,6 +176,8 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
     users, user, password = _users(args, fabric)
     listen = to_endpoint(args.listen)
     host, port = host_and_port(listen)
+    if sys.platform == "win32" and not is_here(listen):
+        log("Windows may ask whether others may reach Python: allow private networks.")
     with class_router(listen, users, fabric) as session:
         here = f"tcp/127.0.0.1:{port}" if host in EVERYWHERE else listen
         told = notes.Note(here, session.id, user, password, served=True)
