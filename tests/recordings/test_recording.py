@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import pty
 import re
 import subprocess
 import sys
@@ -222,9 +221,10 @@ print("x ends at", result["sim"]["state/x"][-1])
 """
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals")
 def test_a_script_shows_its_progress_on_a_terminal(tmp_path: Path) -> None:
     (tmp_path / "lab.py").write_text(SCRIPT, encoding="utf-8")
-    here, there = pty.openpty()
+    here, there = os.openpty()
     command = [sys.executable, "lab.py"]
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
     quiet = subprocess.run(

@@ -20,10 +20,14 @@ from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
 from tests.agents.runs import until
 from tests.commands import command, environment, inside, python
+from tests.signals import KILL
 from tests.sweeps.labs import content, lab, written
 
 SETTINGS = {"input/weave.speed": "0.1..0.3 m/s/3", "input/weave.wild": [0.5, 1.0]}
-
+CTRL_C = pytest.param(
+    signal.SIGINT,
+    marks=pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent as on Linux"),
+)
 
 #: what a process computes with: a test's own is not pinned
 NUMERICS = re.compile(r'"numerics": "[^"]*"')
@@ -168,8 +172,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return sweep(path, seeds=8, out=folder / "s", workers=1).csv()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent as on Linux")
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL], ids=["int", "kill"])
+@pytest.mark.parametrize("sign", [CTRL_C, KILL], ids=["int", "kill"])
 def test_it_goes_on_after_a_signal(
     tmp_path: Path, whole: bytes, sign: signal.Signals
 ) -> None:
