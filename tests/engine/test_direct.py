@@ -1,9 +1,7 @@
 """`rems run --direct`: the same words, files and statuses as a run in processes."""
 
 import json
-import os
 import random
-import signal
 from pathlib import Path
 
 import pytest
@@ -14,6 +12,7 @@ from rems_net.maths.numerics import _can_be_pinned
 from tests.agents.runs import Told, quiet, until
 from tests.commands import ROOT, begun, command, finished, rems
 from tests.engine.parts import COMMAND, STATE, Cart
+from tests.interrupts import interrupt
 from tests.pages import blocks
 
 
@@ -100,7 +99,6 @@ def test_it_is_pinned_if_what_it_uses_depends_on_the_processor(weave: Path) -> N
     assert told["numerics"].endswith(", pinned")
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent in another way there")
 def test_ctrl_c_ends_it(weave: Path) -> None:
     script = weave / "weave.py"
     script.write_text(script.read_text().replace('"10 s"', '"1000000 s"'))
@@ -108,7 +106,7 @@ def test_ctrl_c_ends_it(weave: Path) -> None:
     log = weave / "runs" / "weave" / "cart.csv"
     try:
         until(lambda: log.exists() and log.stat().st_size > 1000)
-        process.send_signal(signal.SIGINT)
+        interrupt(process)
         _, said = process.communicate(timeout=20)
     finally:
         process.kill()

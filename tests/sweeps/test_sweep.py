@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import os
 import re
-import signal
 import subprocess
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -20,14 +19,10 @@ from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
 from tests.agents.runs import until
 from tests.commands import command, environment, inside, python
-from tests.signals import KILL
+from tests.interrupts import APART, interrupt
 from tests.sweeps.labs import content, lab, written
 
 SETTINGS = {"input/weave.speed": "0.1..0.3 m/s/3", "input/weave.wild": [0.5, 1.0]}
-CTRL_C = pytest.param(
-    signal.SIGINT,
-    marks=pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent as on Linux"),
-)
 
 #: what a process computes with: a test's own is not pinned
 NUMERICS = re.compile(r'"numerics": "[^"]*"')
@@ -172,9 +167,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return sweep(path, seeds=8, out=folder / "s", workers=1).csv()
 
 
-@pytest.mark.parametrize("sign", [CTRL_C, KILL], ids=["int", "kill"])
+@pytest.mark.parametrize("how", [interrupt, subprocess.Popen.kill])
 def test_it_goes_on_after_a_signal(
-    tmp_path: Path, whole: bytes, sign: signal.Signals
+    tmp_path: Path, whole: bytes, how: Callable[[subprocess.Popen[str]], None]
 ) -> None:
     path = written(tmp_path / "lab", "20 s")
     words = ["sweep", str(path), "--seeds", "8", "--workers", "2", "--out", "s"]
@@ -183,16 +178,17 @@ def test_it_goes_on_after_a_signal(
         cwd=tmp_path,
         env=environment(),
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
+        **APART,
     )
     try:
         until(lambda: len([*(tmp_path / "s").glob("0*")]) >= 1)
     finally:
-        running.send_signal(sign)
+        how(running)
         _, said = running.communicate()
     there = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("0*")}
     assert 1 <= len(there) < 8
-    if sign == signal.SIGINT:
+    if how is interrupt:
         assert running.returncode == 130
         assert f"{len(there)} of 8 runs are there; type the same command" in said
     done = inside(*words, folder=tmp_path)
