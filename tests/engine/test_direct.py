@@ -58,10 +58,14 @@ def test_it_says_how_far_it_came(tmp_path: Path) -> None:
     assert note.startswith("Ended after tick 2 (0.20 s); what the outputs had written")
 
 
+#: where the README's `weave.py` writes, as this system writes a path
+RUN = Path("runs/weave")
+
+
 @pytest.fixture
 def weave(tmp_path: Path) -> Path:
     """The README's `weave.py`, in a folder of its own."""
-    (tmp_path / "weave.py").write_text(blocks(ROOT / "README.md", "python")[0])
+    (tmp_path / "weave.py").write_text(blocks(ROOT / "README.md", "python")[0], "utf-8")
     return tmp_path
 
 
@@ -77,8 +81,8 @@ def test_it_loads_no_network_and_no_tables(weave: Path) -> None:
     assert not [name for name in loaded if name.startswith(rooms)]
     assert done.stdout.split() == [
         "files",
-        "runs/weave/cart.csv",
-        "runs/weave/run.mcap",
+        str(RUN / "cart.csv"),
+        str(RUN / "run.mcap"),
     ]
 
 
@@ -112,5 +116,5 @@ def test_ctrl_c_ends_it(weave: Path) -> None:
         process.kill()
     assert process.returncode == 130
     assert quiet(said).startswith("rems: Interrupted after tick ")
-    assert said.endswith("what the outputs had written is in runs/weave.\n")
+    assert said.endswith(f"what the outputs had written is in {RUN}.\n")
     assert log.read_text().endswith("\n")

@@ -156,7 +156,7 @@ def test_a_recording_follows_its_folder(
     made.plans["robot/r1"].initial = {"x": "5 m"}
     second = made.run()
     assert capfd.readouterr().err == (
-        "[run] what was in runs/lab is now in runs/lab.1\n"
+        f"[run] what was in {Path('runs/lab')} is now in {Path('runs/lab.1')}\n"
     )
     assert first.folder == tmp_path / "runs" / "lab.1"
     assert first["r1"]["state/x"][0].v < 1 < second["r1"]["state/x"][0].v

@@ -17,7 +17,7 @@ from rems_net import Experiment, read, sweep
 from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
-from tests.agents.runs import until
+from tests.agents.runs import alive, until
 from tests.commands import command, environment, inside, python
 from tests.interrupts import APART, interrupt
 from tests.sweeps.labs import content, lab, written
@@ -213,7 +213,7 @@ def test_a_pool_leaves_no_process() -> None:
         pids = {pool.submit(os.getpid).result() for _ in range(4)}
     assert os.getpid() not in pids
     for pid in pids:
-        until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists())  # type: ignore[misc]
+        until(lambda pid=pid: not alive(pid))  # type: ignore[misc]
 
 
 SCRIPT = """
