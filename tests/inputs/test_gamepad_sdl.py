@@ -46,6 +46,8 @@ class Sdl:
     def close(self) -> None:
         while self.library.SDL_NumJoysticks() > 0:
             self.pull()
+        if sys.platform == "win32":
+            return  # a thread of Wine may still run a library that SDL would unload
         self.library.SDL_QuitSubSystem(SYSTEMS)
 
 

@@ -91,9 +91,12 @@ def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None
 def test_the_process_that_holds_its_port_is_killed(name: str, tmp_path: Path) -> None:
     """The driver starts another one, which has the robot stand first."""
     with driving(name, tmp_path) as (kind, emulator, process):
-        (holder,) = {*relatives(f"HELD_MARK={tmp_path}")} - {process.pid}
+        holders = {*relatives(f"HELD_MARK={tmp_path}")} - {process.pid}
+        # Windows has a program for each console, too, which ends with its holder.
+        assert len(holders) == 1 or sys.platform == "win32"
         stood, begun = kind.history(emulator).count(kind.stands), time.monotonic()
-        os.kill(holder, KILL)
+        for pid in holders:
+            os.kill(pid, KILL)
         # On a busy machine it may stand for less than the time between two looks.
         until(lambda: kind.history(emulator).count(kind.stands) > stood)
         assert time.monotonic() - begun < LIMIT + BUSY
