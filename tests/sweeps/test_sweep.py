@@ -167,7 +167,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return sweep(path, seeds=8, out=folder / "s", workers=1).csv()
 
 
-@pytest.mark.parametrize("how", [interrupt, subprocess.Popen.kill])
+@pytest.mark.parametrize("how", [interrupt, subprocess.Popen.kill], ids=["int", "kill"])
 def test_it_goes_on_after_a_signal(
     tmp_path: Path, whole: bytes, how: Callable[[subprocess.Popen[str]], None]
 ) -> None:
