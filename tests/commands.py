@@ -18,6 +18,7 @@ import pytest
 
 from rems_net.cli import main
 from tests.agents.runs import quiet
+from tests.interrupts import APART
 
 ROOT = Path(__file__).parents[1]
 
@@ -39,9 +40,13 @@ GONE = ("DISPLAY", "WAYLAND_DISPLAY", "FORCE_COLOR")
 
 
 def environment(**more: str) -> dict[str, str]:
-    """A terminal of 80 columns, without colours or a display; and `more`."""
+    """A terminal of 80 columns, without colours or a display; and `more`.
+
+    Into a pipe, too, Python writes every character, as a terminal of Windows shows it.
+    """
     kept = {k: v for k, v in os.environ.items() if k not in GONE}
-    return kept | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"} | more
+    kept |= {"PYTHONPATH": str(ROOT), "COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
+    return kept | more
 
 
 def command(*args: str) -> list[str]:
@@ -59,6 +64,8 @@ def link_of(process: Running) -> str:
 @contextmanager
 def terminal(typed: str = YES) -> Iterator[int]:
     """A terminal in which this was typed; the file that a process reads it from."""
+    if sys.platform == "win32":
+        pytest.skip("Windows has no pseudo-terminals")
     ours, theirs = os.openpty()
     try:
         os.write(ours, typed.encode())
@@ -85,7 +92,7 @@ def finished(
         cwd=folder,
         env=env or environment(),
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=seconds,
         check=False,
     )
@@ -113,8 +120,8 @@ def begun(
         stdin=stdin,
         stdout=screen,
         stderr=screen,
-        text=True,
-        start_new_session=True,
+        encoding="utf-8",
+        **APART,
     )
 
 

@@ -1,7 +1,6 @@
 """What the README and the pages say is what happens: every block of them is run."""
 
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 from tests.agents.runs import until
 from tests.commands import ROOT, python
+from tests.interrupts import APART, interrupt
 from tests.pages import blocks, rems, rows, running
 
 README = ROOT / "README.md"
@@ -102,6 +102,7 @@ def test_without_rems_net(lab: Path) -> None:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
+            **APART,
         )
         assert plain.stdout is not None
         try:
@@ -115,7 +116,7 @@ def test_without_rems_net(lab: Path) -> None:
             else:
                 raise AssertionError(f"it ended: {said}")
         finally:
-            plain.send_signal(signal.SIGINT)  # killed, it leaves shared memory behind
+            interrupt(plain)  # killed, it leaves shared memory behind
             plain.communicate()
         left, file = "command/wheel/left [rad/s]", lab / "runs/lab/sim.csv"
         until(lambda: rows(file)[-1][left] == "0.0")  # told nothing, it stops

@@ -1,7 +1,6 @@
 """The page for the first hour is followed, command by command."""
 
 import re
-import signal
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from rems_net.cli import main
 from tests.agents.runs import free_port, until
 from tests.cli.conftest import fabric, row
 from tests.commands import ROOT, python
+from tests.interrupts import interrupt
 from tests.pages import blocks, rems, running, started
 
 PAGE = ROOT / "docs" / "first_hour.md"
@@ -56,7 +56,7 @@ def test_drive_one(tmp_path: Path) -> None:
             terminal.shows("Ctrl+C ends it")
             terminal.type(b"w")
             until(lambda: terminal.read() and here.robot("sim").state.x > 0.001)
-            terminal.process.send_signal(signal.SIGINT)
+            interrupt(terminal.process)
             assert terminal.end() in (0, 130)
 
 

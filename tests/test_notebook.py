@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import pytest
 
 from tests.agents.runs import until
 from tests.commands import ROOT
+from tests.interrupts import APART, interrupt
 
 PAGE = ROOT / "docs" / "engine.md"
 #: It has no file, runs cell after cell in one namespace, and shows the last line.
@@ -51,6 +51,7 @@ class Kernel:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            **APART,
         )
 
     def run(self, cell: str) -> dict[str, str]:
@@ -167,7 +168,7 @@ def test_stopping_a_cell_ends_its_run(kernel: Kernel, cells: list[str]) -> None:
         )
 
     until(lambda: rows() > 3)
-    kernel.process.send_signal(signal.SIGINT)
+    interrupt(kernel.process)
     assert kernel.end()["error"] == "KeyboardInterrupt: "
     stopped = rows()
     assert len({line.count(",") for line in made.read_text().splitlines()}) == 1

@@ -86,7 +86,8 @@ def run(args: argparse.Namespace) -> int:
             progress=status.update,
         )
     if found.suggestions:
-        args.suggest.write_text(found.suggestions[0].table(), encoding="utf-8")
+        table = found.suggestions[0].table()
+        args.suggest.write_text(table, encoding="utf-8", newline="\n")
     for line in found.lines():
         out.print(line, soft_wrap=True)
     if args.out:

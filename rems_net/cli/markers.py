@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         stem = args.out.stem if number == 1 else f"{args.out.stem}_{number}"
         path = args.out.with_stem(stem)
         with writing(path):
-            path.write_text(page, encoding="utf-8")
+            path.write_text(page, encoding="utf-8", newline="\n")
         print(path)
     return 0
 

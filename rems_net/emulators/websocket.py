@@ -4,7 +4,7 @@ Several clients share it, but a line carries bytes. So each portion is one packe
 its client, its kind and its data.
 """
 
-import os
+import errno
 import selectors
 import socket
 import struct
@@ -58,10 +58,12 @@ class WebSocketPort:
         try:
             self._server = socket.create_server((host, port))
         except OSError as error:
+            why = (error.strerror or "").partition(" (while ")[0].rstrip(".")
+            if error.errno == errno.EADDRINUSE:  # Windows has a long sentence for it
+                why = "this port is in use"
             raise FabricError(
-                f"cannot listen at {host}:{port}: {os.strerror(error.errno or 0)}. "
-                "Give another port, such as --port 8182; those below 1024 are the "
-                "system's. (R0715)"
+                f"cannot listen at {host}:{port}: {why}. Give another port, such as "
+                "--port 8182; those below 1024 are the system's. (R0715)"
             ) from None
         self._server.setblocking(False)
         self.most = most

@@ -9,6 +9,7 @@ can do.
 
 import os
 import platform
+import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -57,11 +58,7 @@ def describe(settings: Mapping[str, str] | None = None) -> str:
     to the last bit, except for results of other libraries.
     """
     settings = os.environ if settings is None else settings
-    library = platform.mac_ver()[0] or " ".join(platform.win32_ver()[:2])
-    if platform.system() == "Linux":
-        library = " ".join(platform.libc_ver())
-    words = [f"{platform.system()} {platform.machine()}", library.strip()]
-    words.append(f"numpy {np.__version__}")
+    words = [*_system(), f"numpy {np.__version__}"]
     pinned = _can_be_pinned() and environment(settings) == {
         **dict.fromkeys(THREADS, "1"),
         **settings,
@@ -93,9 +90,22 @@ class Platforms:
         )
 
 
+def _system() -> tuple[str, str]:
+    """Return this system with its processor, and its version or that of its library."""
+    if sys.platform == "win32":
+        # Not by `platform`: it asks a service of Windows, and every host would wait.
+        version = ".".join(str(number) for number in sys.getwindowsversion()[:3])
+        return f"Windows {os.environ.get('PROCESSOR_ARCHITECTURE', '')}", version
+    library = platform.mac_ver()[0]
+    if sys.platform == "linux":
+        library = " ".join(platform.libc_ver())
+    return f"{platform.system()} {platform.machine()}", library.strip()
+
+
 def _can_be_pinned() -> bool:
-    machine = platform.system(), platform.machine()
-    return machine == ("Linux", "x86_64") and platform.libc_ver()[0] == "glibc"
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        return False
+    return platform.libc_ver()[0] == "glibc"
 
 
 def _tunables(settings: Mapping[str, str]) -> tuple[list[str], list[str]]:

@@ -3,7 +3,7 @@
 And the stamp of a value, its attachment: when it was written, and by which host.
 """
 
-import platform
+import socket
 from functools import lru_cache
 from math import isfinite
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ SHORT = 256
 
 def machine() -> str:
     """Return the name of this machine, as text that can be sent and printed."""
-    return platform.node().encode(errors="backslashreplace").decode()
+    return socket.gethostname().encode(errors="backslashreplace").decode()
 
 
 def read(payload: bytes) -> Any:

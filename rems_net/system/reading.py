@@ -27,6 +27,8 @@ def read_file(path: Path, most: int) -> bytes:
     """
     if "\0" in str(path):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    if path.is_dir():  # or Windows reports that the permission is denied
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     with open(path, "rb", opener=_at_once) as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):

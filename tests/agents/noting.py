@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import signal
 import threading
 
 from rems_net import Input, Out, Settings, Tick
 from rems_net.agents.runtime import runtime
 from rems_net.defdict import boolean, text
 from tests.agents.parts import COUNT
+from tests.signals import KILL
 
 
 class Noting(Input):
@@ -71,4 +71,4 @@ def fail(x: int) -> None:
 
 
 def die() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
+    os.kill(os.getpid(), KILL)

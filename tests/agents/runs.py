@@ -3,7 +3,6 @@
 import hashlib
 import os
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from rems_net.agents.experiment.show import Show
 from rems_net.client import join
 from rems_net.errors import FabricError
 from rems_net.events import Event
+from tests.windows import processes
 
 PARTS = Path(__file__).parent
 #: in what a busy machine says by itself: held ticks, lost real time
@@ -75,6 +75,8 @@ def ticking(ticks: int = 1) -> list[dict[str, Any]]:
 
 def alive(pid: int) -> bool:
     """Whether a process runs; one that nobody has reaped yet does not."""
+    if sys.platform == "win32":
+        return processes.alive(pid)
     try:
         status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
     except OSError:
@@ -85,6 +87,12 @@ def alive(pid: int) -> bool:
 def relatives(mark: str) -> list[int]:
     """The processes whose environment holds `mark`: our own children, wherever."""
     found = []
+    if sys.platform == "win32":
+        for pid in processes.everybody():
+            with suppress(OSError):
+                if mark in processes.environment_of(pid) and alive(pid):
+                    found.append(pid)
+        return found
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit() and int(folder.name) != os.getpid():
             try:
@@ -167,7 +175,7 @@ class Router:
                 *("--listen", self.endpoint, *self._more),
             ],
             stdout=subprocess.PIPE,
-            text=True,
+            encoding="utf-8",
         )
         assert self._process.stdout is not None
         assert self._process.stdout.readline().startswith("Router at ")
@@ -177,7 +185,7 @@ class Router:
         return self._process.pid
 
     def kill(self) -> None:
-        self._process.send_signal(signal.SIGKILL)
+        self._process.kill()
         self._process.communicate()
 
 

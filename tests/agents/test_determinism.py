@@ -2,7 +2,6 @@
 
 import functools
 import os
-import signal
 import sys
 import tempfile
 import threading
@@ -16,6 +15,7 @@ from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.errors import RemsError
 from tests.agents.runs import PARTS, Router, Told, digest, in_one_host, until
+from tests.signals import freeze, thaw
 
 Change = Callable[[Experiment], object]
 
@@ -205,14 +205,14 @@ def pid_of(clock: Clock, agent: str) -> int:
 def test_a_host_that_is_frozen_for_longer_than_its_lease(tmp_path: Path) -> None:
     """Its link is cut, and what was sent meanwhile is lost; then it goes on."""
 
-    def freeze(clock: Clock) -> None:
+    def hold(clock: Clock) -> None:
         _reach(clock, 10)
         pid = pid_of(clock, "robot/dog")
-        os.kill(pid, signal.SIGSTOP)
+        freeze(pid)
         threading.Event().wait(4.0)
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
-    told = Told(freeze)
+    told = Told(hold)
     made = lab()
     in_a_few(made)
     made.run(tmp_path / "a", pace=1, show=told)

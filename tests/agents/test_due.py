@@ -1,9 +1,7 @@
 """Jobs with a step in which their result is due: given then, however long they take."""
 
-import os
 import random
 import re
-import signal
 import sys
 import threading
 from pathlib import Path
@@ -19,6 +17,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.errors import AgentError, uncoded
 from rems_net.events import Event, listening
 from tests.agents.runs import PARTS, Told, in_one_host
+from tests.signals import freeze, thaw
 
 both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process"])
 
@@ -53,7 +52,7 @@ def frozen(folder: Path, freezes: int) -> None:
             workers = runtime(agent).jobs._workers if done < freezes else None
             pids = [one._process.pid or 0 for one in workers._all] if workers else []
             for pid in pids:
-                os.kill(pid, signal.SIGSTOP)
+                freeze(pid)
             thaw = threading.Timer(rng.uniform(0.0, 0.01), resume, [pids])
             thaw.start()
             engine.step()
@@ -64,7 +63,7 @@ def frozen(folder: Path, freezes: int) -> None:
 
 def resume(pids: list[int]) -> None:
     for pid in pids:
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot freeze a process")

@@ -3,7 +3,6 @@
 import ctypes
 import math
 import os
-import signal
 import sys
 from typing import Any
 
@@ -11,6 +10,7 @@ from rems_net import Input, Out, Schema, Settings, Tick
 from rems_net.defdict import length, text
 from rems_net.outputs.csv import CsvOutput
 from tests.agents.parts import COUNT
+from tests.signals import KILL
 
 
 class Bad(Input):
@@ -23,7 +23,7 @@ class Bad(Input):
         if self.options.how == "open":
             raise OSError("the stick is not plugged in")
         if self.options.how == "die early":
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), KILL)
 
     def read(self, tick: Tick) -> Any:
         if tick.n != 5:

@@ -5,9 +5,8 @@ command says and leaves is looked at in this process, which is ten times as fast
 """
 
 import re
-import signal
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -33,6 +32,7 @@ from tests.commands import (
     begun,
     command,
 )
+from tests.interrupts import interrupt
 
 LAB = """\
 [experiment]
@@ -138,7 +138,7 @@ def starting(folder: Path) -> Iterator[Start]:
     yield begin
     for process in running:
         if process.poll() is None:
-            process.send_signal(signal.SIGINT)
+            interrupt(process)
         try:
             process.communicate(timeout=20)
         except subprocess.TimeoutExpired:
@@ -175,9 +175,9 @@ def gone() -> Gone:
     return wait
 
 
-def text(process: Running, sign: int = signal.SIGINT) -> str:
+def text(process: Running, end: Callable[[Running], None] = interrupt) -> str:
     """End it; all that it said."""
-    process.send_signal(sign)
+    end(process)
     out, error = process.communicate(timeout=20)
     return out + error
 

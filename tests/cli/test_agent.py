@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from rems_net.errors import uncoded
 from tests.agents.runs import until
 from tests.cli.conftest import robot, row, served, text, ticks
 from tests.commands import Run, Start
+from tests.signals import KILL, freeze, thaw
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_a_frozen_agent_changes_nothing_and_catches_up(
     until(lambda: row(here, "robot/alice"))
     frozen = until(lambda: row(here, "robot/bob"))
     pid = int(frozen["host"].rpartition(":")[2])
-    os.kill(pid, signal.SIGSTOP)
+    freeze(pid)
     try:
         before = ticks(here, "robot/alice", 1)["tick"]
         assert ticks(here, "robot/alice", 150)["tick"] > before
@@ -48,7 +48,7 @@ def test_a_frozen_agent_changes_nothing_and_catches_up(
         assert stood
         assert stood["seen"] > 0.5
     finally:
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
     def caught_up() -> bool:
         alice, bob = row(here, "robot/alice"), row(here, "robot/bob")
@@ -74,7 +74,7 @@ def test_a_name_is_taken_and_given_up(start: Start, here: Fabric) -> None:
     assert twin.returncode == 1
     assert "there is a robot/alice already, on " in error
     # Killed, it says nothing; who comes anew is let in at once.
-    os.kill(int(host.rpartition(":")[2]), signal.SIGKILL)
+    os.kill(int(host.rpartition(":")[2]), KILL)
     alice.communicate(timeout=20)
     robot(start, "alice")
 

@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +17,7 @@ from rems_net.router.settings import Link
 from tests.agents.runs import free_port, ticking, until
 from tests.cli.conftest import LAB, place, starting, together
 from tests.commands import Run, Start, begun, command
+from tests.interrupts import interrupt
 
 
 class Class(NamedTuple):
@@ -152,7 +152,7 @@ def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
     assert done.returncode == 2
     assert "has a clock already" in done.stderr
     assert "REMS_ROUTER" not in done.stderr  # nobody has set it
-    first.send_signal(signal.SIGINT)
+    interrupt(first)
     _, told = first.communicate(timeout=20)
     assert "fabric 'team3' had no clock: this program is its clock now\n" in told
     assert first.returncode == 130

@@ -1,8 +1,6 @@
 """`rems why`: each trouble is made, and answered with what to do."""
 
-import os
 import re
-import signal
 import socket
 import threading
 from collections.abc import Iterator
@@ -19,6 +17,7 @@ from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
 from tests.cli.conftest import FREE
 from tests.commands import Run, Start
+from tests.signals import freeze, thaw
 
 
 def bad(endpoint: str) -> list[str]:
@@ -122,11 +121,11 @@ def test_a_program_that_says_nothing() -> None:
 
 def test_a_router_that_is_frozen() -> None:
     with Router() as router:
-        os.kill(router.pid, signal.SIGSTOP)
+        freeze(router.pid)
         try:
             (sentence,) = bad(router.endpoint)
         finally:
-            os.kill(router.pid, signal.SIGCONT)
+            thaw(router.pid)
     assert "the router is frozen" in sentence
 
 
@@ -171,12 +170,12 @@ def test_all_is_well_and_a_clock_freezes(
             return [] if done.returncode else done.stdout.splitlines()
 
         assert "ok   fabric 'rems' has one clock" in until(fine)
-        os.kill(clock.pid, signal.SIGSTOP)
+        freeze(clock.pid)
         try:
             sentence = "the clock of 'rems' does not answer: it is frozen, or cut off"
             assert Finding(False, sentence) in list(examine(router.endpoint))
         finally:
-            os.kill(clock.pid, signal.SIGCONT)
+            thaw(clock.pid)
 
 
 def test_a_run_on_this_laptop(rems: Run, start: Start, folder: Path) -> None:

@@ -1,7 +1,6 @@
 """`rems list`, `get` and `watch`, against a fabric that runs in real time."""
 
 import json
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from rems_net.router.message import pack_stamp
 from tests.agents.runs import ticking
 from tests.cli.conftest import LAB, place, starting, together
 from tests.commands import Run, Start
+from tests.interrupts import interrupt
 
 #: a minute of one robot that drives straight ahead
 LONG = together(LAB, "here").replace('"1 s"', '"60 s"\npace = 1.0')
@@ -169,7 +169,7 @@ def test_watch_ends_with_ctrl_c(start: Start) -> None:
     process = start("watch", "robot/model/state")
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()
-    process.send_signal(signal.SIGINT)
+    interrupt(process)
     _, said = process.communicate(timeout=20)
     assert (process.returncode, said) == (130, "")
 
@@ -185,7 +185,7 @@ def test_watch_ends_with_the_fabric(
     process = start("watch", "robot/model/state")
     assert process.stdout is not None
     assert "robot/model/state" in process.stdout.readline()
-    fabric.send_signal(signal.SIGINT)
+    interrupt(fabric)
     _, said = process.communicate(timeout=20)
     assert (process.returncode, said) == (0, "rems: the fabric has ended.\n")
 

@@ -1,6 +1,5 @@
 """`rems router serve` and `rems agent start`: a fabric that waits for nobody."""
 
-import signal
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from rems_net.recordings.mcap.reader import McapFile
 from rems_net.recordings.mcap.scan import is_whole
 from tests.agents.runs import Router, free_port, until
 from tests.cli.conftest import fabric, robot, row, text, ticks
-from tests.commands import Run, Serve, Start
+from tests.commands import Run, Running, Serve, Start
 
 
 def test_an_agent_is_there_at_once(start: Start, serve: Serve, rems: Run) -> None:
@@ -76,7 +75,7 @@ def test_a_served_fabric_comes_back_and_so_do_its_agents(
     with fabric() as here:
         alice = robot(start, "alice")
         ticks(here, "robot/alice")
-        text(first, signal.SIGKILL)
+        text(first, Running.kill)
         second = serve()
         ticks(here, "robot/alice")
         assert "joining again" in text(alice)

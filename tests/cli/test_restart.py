@@ -1,12 +1,12 @@
 """`restart = 3` and `rems agent start --restart 3`: who crashed is started again."""
 
 import os
-import signal
 from pathlib import Path
 
 from tests.agents.runs import free_port, until
 from tests.cli.conftest import LAB, fabric, robot, row, text, ticks
 from tests.commands import Run, Start
+from tests.signals import KILL
 
 
 def test_on_an_open_fabric(start: Start) -> None:
@@ -20,10 +20,10 @@ def test_on_an_open_fabric(start: Start) -> None:
             return int(found["host"].rpartition(":")[2]) if found else 0
 
         first = until(pid)
-        os.kill(first, signal.SIGKILL)
+        os.kill(first, KILL)
         second = until(lambda: pid() not in (0, first) and pid())
         ticks(here, "robot/alice")
-        os.kill(second, signal.SIGKILL)
+        os.kill(second, KILL)
         _, said = alice.communicate(timeout=30)
     assert alice.returncode == 1
     assert said.splitlines()[-2:] == [
@@ -37,7 +37,7 @@ def test_ctrl_c_while_it_waits_to_start_again(start: Start) -> None:
     with fabric() as here:
         alice = robot(start, "alice", "--restart", "3")
         found = until(lambda: row(here, "robot/alice"))
-        os.kill(int(found["host"].rpartition(":")[2]), signal.SIGKILL)
+        os.kill(int(found["host"].rpartition(":")[2]), KILL)
         said = alice.stderr
         assert said is not None
         until(lambda: "1 of 3" in said.readline())

@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import signal
 import subprocess
 import threading
 from pathlib import Path
@@ -22,6 +21,7 @@ from rems_net.router.settings import Link
 from tests.agents.runs import Router, free_port, until
 from tests.client.programs import programs
 from tests.commands import Running, Start, begun, command, environment
+from tests.interrupts import interrupt
 
 needs_address = pytest.mark.skipif(
     not reachable(), reason="this machine has no network, so no address to print"
@@ -62,7 +62,7 @@ def on_a_terminal(*words: str, typed: bytes = b"", awaited: bytes = b"rems: ") -
             os.write(ours, typed)
         until(lambda: awaited in shown, 60.0)
     finally:
-        process.send_signal(signal.SIGINT)
+        interrupt(process)
         process.wait(20)
         reader.join()
         os.close(ours)
@@ -115,7 +115,7 @@ def test_no_code_is_drawn_where_nobody_wants_it(start: Start) -> None:
     assert "█" not in shown
     process = start("router", "serve", "--listen", where)  # into a pipe
     said = "".join(first_lines(process, 1 + len(reachable())))
-    process.send_signal(signal.SIGINT)
+    interrupt(process)
     said += process.communicate(timeout=20)[0]
     assert "rems router use" in said
     assert "█" not in said

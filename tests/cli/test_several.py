@@ -1,8 +1,6 @@
 """Several runs at once: each verb says so, and `rems stop` means all of them."""
 
 import json
-import os
-import signal
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -15,6 +13,7 @@ from rems_net.events import Event, listening
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, place, starting
 from tests.commands import Run, Running
+from tests.signals import freeze, thaw
 
 ON = "Let them go on with: rems stop --release\n"
 
@@ -124,11 +123,11 @@ def test_a_frozen_run_keeps_nobody_from_the_others(
 ) -> None:
     new, old = runs
     before = stops(old)
-    os.kill(new.process.pid, signal.SIGSTOP)
+    freeze(new.process.pid)
     try:
         done = rems("stop")
     finally:
-        os.kill(new.process.pid, signal.SIGCONT)
+        thaw(new.process.pid)
     assert done.returncode == 1
     where, one, on = done.stdout.splitlines(keepends=True)
     assert (where, on) == (f"At {old.endpoint}:\n", ON)

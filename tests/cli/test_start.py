@@ -14,6 +14,7 @@ import pytest
 from rems_net.system.interrupts import without_ctrl_c
 from tests.agents.runs import quiet, relatives, until
 from tests.commands import Run, Running, Start, begun, command
+from tests.interrupts import interrupt_all
 
 HOSTS = 2
 LAB = (
@@ -46,14 +47,14 @@ def starting(
 
 def test_killed(starting: tuple[Running, str]) -> None:
     process, mark = starting
-    process.send_signal(signal.SIGKILL)
+    process.kill()
     until(lambda: not relatives(mark), 3.0)  # two seconds, and a busy machine's one
 
 
 def test_ctrl_c(starting: tuple[Running, str]) -> None:
     """It reaches the whole group, as from a terminal."""
     process, mark = starting
-    os.killpg(process.pid, signal.SIGINT)
+    interrupt_all(process)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 130
     assert "Traceback" not in out + err

@@ -3,7 +3,6 @@
 import os
 import shlex
 import shutil
-import signal
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, LAB, together
 from tests.commands import Done, Run, Start, environment, finished
+from tests.signals import freeze, thaw
 
 #: the command as it was installed; the module, where it is not on the path
 INSTALLED = shutil.which("rems", path=str(Path(sys.executable).parent))
@@ -268,7 +268,6 @@ def test_a_machine_whose_name_is_no_utf8(folder: Path) -> None:
     assert rows(folder) == 10
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing freezes here")
 def test_a_run_that_is_frozen_is_not_taken_for_none(
     folder: Path, rems: Run, start: Start
 ) -> None:
@@ -277,11 +276,11 @@ def test_a_run_that_is_frozen_is_not_taken_for_none(
     running = start("run", "free.toml")
     notes = Path(os.environ["XDG_RUNTIME_DIR"]) / "rems_net"
     until(lambda: list(notes.glob("*.json")) and rems("list").returncode == 0)
-    running.send_signal(signal.SIGSTOP)
+    freeze(running.pid)
     try:
         done = rems("stop")
     finally:
-        running.send_signal(signal.SIGCONT)
+        thaw(running.pid)
     assert done.returncode == 2
     assert (
         "and does not answer: is it frozen, by a debugger or by sleep?" in done.stderr

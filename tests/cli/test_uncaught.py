@@ -13,6 +13,7 @@ from rems_net.uncaught import sentences
 from tests.agents.runs import quiet, until
 from tests.cli.test_script import RUN, TOGETHER, script
 from tests.commands import Run, begun, python
+from tests.interrupts import interrupt_all
 
 QUIET = TOGETHER.replace('print("arguments", sys.argv[1:], flush=True)', "")
 IMPORTS = "from rems_net import Experiment, Input, Out, Schema"
@@ -108,7 +109,7 @@ def test_ctrl_c(folder: Path) -> None:
     process = begun([sys.executable, "-W", "error", "weave.py"], folder)
     log = folder / "runs" / "weave" / "sim.csv"
     until(lambda: log.exists() and len(log.read_text().splitlines()) > 3)
-    os.killpg(process.pid, signal.SIGINT)
+    interrupt_all(process)
     _, told = process.communicate(timeout=20)
     assert process.returncode in (-signal.SIGINT, 130)  # 130 in every shell
     line, *more = quiet(told).splitlines()

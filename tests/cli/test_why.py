@@ -1,8 +1,6 @@
 """`rems why`: what keeps a value from coming, or makes it old."""
 
-import os
 import re
-import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +11,7 @@ from rems_net.router.message import pack
 from tests.agents.runs import ticking, until
 from tests.cli.conftest import place, starting
 from tests.commands import Run
+from tests.signals import freeze, thaw
 
 LAB = """\
 [experiment]
@@ -123,14 +122,14 @@ def test_paused_and_stopped(fabric: Fabric, rems: Run) -> None:
 def test_a_held_tick(fabric: Fabric) -> None:
     row = next(r for r in fabric.agents() if r["agent"] == "robot/shadow")
     pid = int(row["host"].rpartition(":")[2])
-    os.kill(pid, signal.SIGSTOP)
+    freeze(pid)
     try:
         held = re.compile(
             r"Tick \d+ has been held for \d+\.\d s by robot/shadow on \S+\."
         )
         until(lambda: held.fullmatch(fabric.why("robot/sim/state")[0]))
     finally:
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import json
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -203,7 +202,7 @@ def test_no_process_survives_its_killed_parent(lab: Lab, tmp_path: Path) -> None
     pids = [int(a["host"].rpartition(":")[2]) for a in roster(session)]
     assert len(set(pids)) == 3
     assert all(alive(pid) for pid in pids)
-    process.send_signal(signal.SIGKILL)
+    process.kill()
     until(lambda: not any(alive(pid) for pid in pids), 5.0)
     last = (tmp_path / "out/log.txt").read_text(encoding="utf-8").splitlines()[-1]
     assert len(last.split()) == 5  # complete to its last line

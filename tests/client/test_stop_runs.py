@@ -4,7 +4,6 @@ import json
 import os
 import platform
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -19,6 +18,8 @@ from rems_net.client import Fabric
 from rems_net.errors import FabricError
 from tests.agents.runs import PARTS, Router, alive, until
 from tests.commands import inside as rems
+from tests.interrupts import APART, interrupt
+from tests.signals import KILL, freeze, thaw
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -57,6 +58,7 @@ def run(tmp_path: Path, router: Router) -> Iterator[Run]:
             cwd=tmp_path,
             stderr=subprocess.PIPE,
             text=True,
+            **APART,
         )
         started.append(process)
         with join() as fabric:
@@ -71,7 +73,7 @@ def run(tmp_path: Path, router: Router) -> Iterator[Run]:
             process.stderr.close()
     for pid in hosts:
         with suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, KILL)
 
 
 def pids(fabric: Fabric) -> dict[str, int]:
@@ -147,9 +149,9 @@ def test_while_the_clock_is_frozen(run: Run) -> None:
     process = run("both")
     with join() as fabric:
         assert moves(fabric, "a")
-        process.send_signal(signal.SIGSTOP)
+        freeze(process.pid)
         until(lambda: all(r.stands for r in fabric.stop()))
-        process.send_signal(signal.SIGCONT)
+        thaw(process.pid)
         assert stands(fabric, "a")
 
 
@@ -159,12 +161,12 @@ def test_a_robot_that_was_frozen_meanwhile(run: Run) -> None:
     with join() as fabric:
         assert moves(fabric, "a")
         frozen = pids(fabric)["robot/a"]
-        os.kill(frozen, signal.SIGSTOP)
+        freeze(frozen)
         try:
             a, b = fabric.stop()
             done = rems("stop")
         finally:
-            os.kill(frozen, signal.SIGCONT)
+            thaw(frozen)
         assert (a.robot, a.stands, b.robot, b.stands) == (
             "robot/a",
             False,
@@ -183,14 +185,14 @@ def test_a_frozen_robot_that_is_out_of_sight_is_named(run: Run) -> None:
     run()
     with join() as fabric:
         frozen = pids(fabric)["robot/a"]
-        os.kill(frozen, signal.SIGSTOP)
+        freeze(frozen)
         try:
             key = fabric.session.key("robot", "a", "@alive")
             until(lambda: not fabric.session.who(key))
             a, b = fabric.stop()
             assert rems("stop").returncode == 1
         finally:
-            os.kill(frozen, signal.SIGCONT)
+            thaw(frozen)
     assert str(a) == f"robot/a on {platform.node()} has not answered"
     assert (b.robot, b.stands) == ("robot/b", True)
 
@@ -201,7 +203,7 @@ def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -
     with join() as fabric:
         fabric.stop()
         hosts = pids(fabric)
-    first.send_signal(signal.SIGINT)
+    interrupt(first)
     first.communicate(timeout=20)
     until(lambda: not any(alive(pid) for pid in hosts.values()))
     second = run(HERE)
@@ -212,7 +214,7 @@ def test_it_outlives_the_run_and_the_router_keeps_it(run: Run, router: Router) -
         assert stands(fabric, "a")
         assert fabric.release() == ["robot/a", "robot/b"]
         assert moves(fabric, "a")
-    second.send_signal(signal.SIGINT)
+    interrupt(second)
     _, said = second.communicate(timeout=20)
     assert re.search(
         r"\[clock\] STOP on 'rems' at [\d:]{8}, by 127\.0\.0\.1: robots stand until "

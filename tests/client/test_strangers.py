@@ -1,7 +1,5 @@
 """Questions from outside, beside programs that keep them open or answer nonsense."""
 
-import os
-import signal
 import subprocess
 import sys
 import threading
@@ -17,6 +15,7 @@ from rems_net.events import listening
 from tests.agents.runs import PARTS, calm, until
 from tests.client.programs import programs
 from tests.client.test_fabric import try_join
+from tests.signals import freeze, thaw
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -130,7 +129,7 @@ def test_answers_that_are_none_are_counted(lab: Lab, stranger: Start) -> None:
 def test_frozen_agents_are_named(lab: Lab) -> None:
     hosts = {row["agent"]: row["host"] for row in lab.fabric.agents()}
     pid = int(hosts["robot/free"].rpartition(":")[2])
-    os.kill(pid, signal.SIGSTOP)
+    freeze(pid)
     try:
         found = lab.soon(lambda: lab.fabric.get("robot/*/state"))
         assert set(found) == {
@@ -142,7 +141,7 @@ def test_frozen_agents_are_named(lab: Lab) -> None:
         }
         assert len(lab.soon(lab.fabric.agents)) == 3
     finally:
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
 
 def test_a_value_that_is_none_ends_no_watching(lab: Lab) -> None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -13,11 +11,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-import pytest
 from websockets.sync.client import connect
 
 from tests.agents.runs import free_port
 from tests.commands import command, environment
+from tests.signals import freeze, thaw
 
 SCRIPT = """
 from rems_net import Experiment
@@ -29,7 +27,6 @@ lab.run("out")
 """
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing freezes here")
 def test_robots_stand_while_the_clock_is_frozen(tmp_path: Path) -> None:
     (tmp_path / "lab.py").write_text(SCRIPT, encoding="utf-8")
     (tmp_path / "rt").mkdir(mode=0o700)
@@ -49,7 +46,7 @@ def test_robots_stand_while_the_clock_is_frozen(tmp_path: Path) -> None:
         start([sys.executable, "-m", "rems_net.router", "--listen", at])
         clock = start(command("run", "lab.py"))
         # its hosts end when it does, also if this test fails while it is frozen
-        stack.callback(clock.send_signal, signal.SIGCONT)
+        stack.callback(thaw, clock.pid)
         looking: Any = None
         while looking is None:  # until the run has a fabric to look at
             page = start(command("dashboard", "--no-qr", "--fabric", "frozen"))
@@ -68,7 +65,7 @@ def test_robots_stand_while_the_clock_is_frozen(tmp_path: Path) -> None:
                         return found[member]
 
             until("status", lambda status: len(status["agents"]) >= 2)
-            os.kill(clock.pid, signal.SIGSTOP)
+            freeze(clock.pid)
             socket.send(json.dumps({"do": "stop", "id": 1}))
             answer = until("answer", lambda _: True)
             for name in ("a", "b"):

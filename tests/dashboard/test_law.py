@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -14,6 +12,7 @@ import pytest
 from benchmarks.programs.page import browsers
 from tests.agents.runs import PARTS
 from tests.commands import command, environment, link_of
+from tests.signals import freeze
 
 SCRIPT = f"""
 from rems_net import Experiment
@@ -26,7 +25,6 @@ lab.run("out")
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing freezes here")
 def test_thirty_pages_and_a_frozen_one_change_no_byte(tmp_path: Path) -> None:
     folders = [tmp_path / "alone", tmp_path / "watched"]
     for folder in folders:
@@ -53,7 +51,7 @@ def test_thirty_pages_and_a_frozen_one_change_no_byte(tmp_path: Path) -> None:
         frozen = looking[0]
         assert frozen.stdout is not None
         assert frozen.stdout.readline() == b"begun\n"
-        os.kill(frozen.pid, signal.SIGSTOP)
+        freeze(frozen.pid)
         found = json.loads(looking[1].communicate(timeout=60)[0].split(b"\n")[1])
         assert found["frames"] > 3
         assert found["behind"] <= 2  # no other page loses a frame

@@ -4,7 +4,6 @@ import json
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 
 from tests.agents.runs import free_port
 from tests.commands import ROOT, finished
+from tests.interrupts import interrupt
 from tests.pages import started
 
 UNIT = ROOT / "deploy" / "rems-serve.service"
@@ -77,7 +77,7 @@ def test_what_they_run_is_served(tmp_path: Path) -> None:
             assert fabric.stdout is not None
             said = iter(fabric.stdout.readline, "")
             assert any(one.startswith("Open fabric 'rems'. ") for one in said)
-            fabric.send_signal(signal.SIGINT)  # as both of them end it
+            interrupt(fabric)  # as both of them end it
             assert fabric.wait(20) == 0
 
 

@@ -3,17 +3,16 @@
 import os
 import struct
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rems_net import Experiment
-from rems_net.agents.experiment.solo import Solo
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from rems_net.teleop import joystick
-from tests.agents.runs import until
+from tests.inputs.stepping import moves
 
 if sys.platform == "win32":
     pytest.skip("Windows has no files like Linux's gamepads", allow_module_level=True)
@@ -43,16 +42,6 @@ def lab(path: Path, **settings: object) -> Experiment:
     made.input("pad", "gamepad", options={"device": str(path), **settings})
     made.robot("wood", "woodbot", "kinematic", command="input/pad")
     return made
-
-
-def moves(engine: Solo, done: Callable[[], object]) -> None:
-    """Step until something is so."""
-
-    def look() -> bool:
-        engine.step(1)
-        return bool(done())
-
-    until(look)
 
 
 def test_the_stick_drives(pad: tuple[Path, int]) -> None:

@@ -14,8 +14,9 @@ from rems_net.errors import ExperimentError
 from rems_net.events import Event, listening
 from rems_net.teleop.sdl import SdlPad
 from tests.agents.runs import until
-from tests.inputs.test_gamepad import moves
+from tests.inputs.stepping import moves
 
+#: lists the libraries that this process has loaded
 MAPS = Path("/proc/self/maps")
 #: of SDL: subsystems of joysticks and gamepads, and the type of a virtual gamepad
 SYSTEMS, GAMEPAD = 0x2200, 1
@@ -26,9 +27,7 @@ class Sdl:
     """The library that pygame has loaded, with a virtual gamepad."""
 
     def __init__(self) -> None:
-        lines = MAPS.read_text(encoding="utf-8").splitlines()
-        found = [line.split()[-1] for line in lines if "libSDL2-2" in line]
-        self.library = ctypes.CDLL(found[0])
+        self.library = ctypes.CDLL(_loaded())
         self.library.SDL_JoystickFromInstanceID.restype = ctypes.c_void_p
         assert self.library.SDL_InitSubSystem(SYSTEMS) == 0
 
@@ -47,7 +46,17 @@ class Sdl:
     def close(self) -> None:
         while self.library.SDL_NumJoysticks() > 0:
             self.pull()
+        if sys.platform == "win32":
+            return  # a thread of Wine may still run a library that SDL would unload
         self.library.SDL_QuitSubSystem(SYSTEMS)
+
+
+def _loaded() -> str:
+    """Return the name of the SDL that pygame has loaded, or "" if we can't find it."""
+    if sys.platform == "win32":
+        return "SDL2.dll"
+    lines = MAPS.read_text(encoding="utf-8").splitlines() if MAPS.exists() else []
+    return next((line.split()[-1] for line in lines if "libSDL2-2" in line), "")
 
 
 @pytest.fixture
@@ -56,7 +65,7 @@ def sdl(monkeypatch: pytest.MonkeyPatch) -> Iterator[Sdl]:
     for name in ("SDL_VIDEODRIVER", "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS"):
         monkeypatch.setenv(name, os.environ.get(name, ""))
     pytest.importorskip("pygame", reason="pygame-ce is not installed")
-    if not MAPS.exists() or "libSDL2-2" not in MAPS.read_text(encoding="utf-8"):
+    if not _loaded():
         pytest.skip(
             f"SDL is not found on {sys.platform}, so it gets no virtual gamepad"
         )

@@ -1,6 +1,7 @@
 """What is no file, never ends or is too large is refused before it is read."""
 
 import os
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -37,6 +38,11 @@ READERS: dict[str, tuple[Callable[[Path], object], int]] = {
 SOON = 2.0
 
 
+unix = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no files like /dev/zero"
+)
+
+
 @pytest.mark.parametrize("name", READERS)
 def test_no_device_pipe_or_huge_file_is_read(name: str, tmp_path: Path) -> None:
     reader, most = READERS[name]
@@ -44,14 +50,17 @@ def test_no_device_pipe_or_huge_file_is_read(name: str, tmp_path: Path) -> None:
     huge = tmp_path / "huge"
     with huge.open("wb") as file:
         file.truncate(most + 1)  # takes no room on a disk
-    os.mkfifo(tmp_path / "pipe")
-    for target, sentence in (
-        ("/dev/zero", "it is a device or a pipe; expected a file on a disk"),
-        ("pipe", "it is a device or a pipe; expected a file on a disk"),
-        ("huge", f"it is too large; expected at most {most // 2**20} MB"),
-    ):
+    sentences = {huge: f"it is too large; expected at most {most // 2**20} MB"}
+    if sys.platform != "win32":
+        os.mkfifo(tmp_path / "pipe")
+        for special in (Path("/dev/zero"), tmp_path / "pipe"):
+            sentences[special] = "it is a device or a pipe; expected a file on a disk"
+    for target, sentence in sentences.items():
         path.unlink(missing_ok=True)
-        path.symlink_to(target)
+        if target == huge:
+            path.hardlink_to(target)  # a symbolic link needs rights on Windows
+        else:
+            path.symlink_to(target)
         begun = time.process_time()
         with pytest.raises(RemsError) as caught:
             reader(path)
@@ -59,12 +68,14 @@ def test_no_device_pipe_or_huge_file_is_read(name: str, tmp_path: Path) -> None:
         assert time.process_time() - begun < SOON
 
 
+@unix
 def test_a_run_that_says_too_much_of_itself_is_no_run(tmp_path: Path) -> None:
     (tmp_path / NAME).symlink_to("/dev/zero")
     assert read_manifest(tmp_path) is None
     assert LONGEST < TABLE
 
 
+@unix
 def test_a_file_of_the_system_that_says_it_is_empty() -> None:
     """Its size is 0, and there is something in it; so what comes is counted, too."""
     assert b"MemTotal" in read_file(Path("/proc/meminfo"), 100_000)

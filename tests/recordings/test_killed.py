@@ -6,7 +6,6 @@ import errno
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -29,6 +28,7 @@ from tests.agents.runs import Told, until
 from tests.agents.test_determinism import lab as carts, pid_of
 from tests.commands import fetched
 from tests.recordings.test_mcap import others, write
+from tests.signals import KILL, KILLED
 
 #: ticks of a second
 SECOND = 20
@@ -63,7 +63,7 @@ def kill_at(host: str, tick: int, seen: list[int]) -> Callable[[Clock], None]:
     def kill(clock: Clock) -> None:
         until(lambda: clock.tick.n >= tick, 60)
         seen.append(clock.done)
-        os.kill(pid_of(clock, host), signal.SIGKILL)
+        os.kill(pid_of(clock, host), KILL)
 
     return kill
 
@@ -72,7 +72,7 @@ def end_with(folder: Path, host: str, tick: int) -> None:
     """Kill a host at a tick, and check what its run has left."""
     seen: list[int] = []
     told = Told(kill_at(host, tick, seen))
-    with pytest.raises(AgentError, match="killed by signal 9"):
+    with pytest.raises(AgentError, match=KILLED):
         recorded(100, "robot/dog", host).run(folder, pace=4, show=told)
     if host.startswith("output"):
         (said,) = told.of("exit")
@@ -105,7 +105,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
 def test_the_run_itself_is_killed(tmp_path: Path) -> None:
     """Its hosts end within two seconds, and close the file."""
     script = tmp_path / "run.py"

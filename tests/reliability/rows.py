@@ -34,16 +34,16 @@ class Row:
     limit: float = LIMIT
 
 
-def _signal(agent: str, sign: signal.Signals) -> Callable[[Scene], None]:
-    return lambda scene: send(scene.pid(agent), sign)
+def _signal(agent: str, name: str) -> Callable[[Scene], None]:
+    return lambda scene: send(scene.pid(agent), getattr(signal, name))
 
 
 def _killed(agent: str) -> Fault:
-    return Fault(_signal(agent, signal.SIGKILL))
+    return Fault(_signal(agent, "SIGKILL"))
 
 
 def _frozen(agent: str) -> Fault:
-    return Fault(_signal(agent, signal.SIGSTOP), _signal(agent, signal.SIGCONT))
+    return Fault(_signal(agent, "SIGSTOP"), _signal(agent, "SIGCONT"))
 
 
 def _router_back(scene: Scene) -> None:
@@ -66,7 +66,7 @@ def _late(way: Fault) -> Fault:
         scene.begun = time.monotonic()
         way.undo(scene)
 
-    return Fault(do, _signal(COMMANDER, signal.SIGCONT))
+    return Fault(do, _signal(COMMANDER, "SIGCONT"))
 
 
 def _hold(scene: Scene) -> None:

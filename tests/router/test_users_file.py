@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from rems_net.errors import FabricError, uncoded
 from rems_net.router.gate.users import load
 from tests.agents.runs import free_port
 from tests.commands import begun, environment
+from tests.interrupts import interrupt
 
 unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode here")
 
@@ -91,7 +91,7 @@ def router_says(*args: str) -> tuple[int, str, str]:
     with process, process.stdout, process.stderr:
         out = process.stdout.readline()
         if out:
-            process.send_signal(signal.SIGINT)
+            interrupt(process)
         out += process.stdout.read()
         err = process.stderr.read()
     return process.returncode, out, err

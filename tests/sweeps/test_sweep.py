@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import os
 import re
-import signal
 import subprocess
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -18,12 +17,12 @@ from rems_net import Experiment, read, sweep
 from rems_net.errors import ExperimentError, UnknownFieldError
 from rems_net.sweeps.pool import Pool
 from rems_net.sweeps.store import CSV
-from tests.agents.runs import until
+from tests.agents.runs import alive, until
 from tests.commands import command, environment, inside, python
+from tests.interrupts import APART, interrupt
 from tests.sweeps.labs import content, lab, written
 
 SETTINGS = {"input/weave.speed": "0.1..0.3 m/s/3", "input/weave.wild": [0.5, 1.0]}
-
 
 #: what a process computes with: a test's own is not pinned
 NUMERICS = re.compile(r'"numerics": "[^"]*"')
@@ -150,7 +149,10 @@ def test_a_worker_that_dies(tmp_path: Path, deaths: int) -> None:
     assert len(swept) == 3
     assert [*swept.failed] == [2][: deaths // 3]
     for text in swept.failed.values():
-        assert text.startswith("its worker died 3 times: the process of job work was")
+        how = "exited" if os.name == "nt" else "was killed by signal 15"
+        assert text.startswith(
+            f"its worker died 3 times: the process of job work {how}"
+        )
 
 
 def test_a_sweep_that_is_complete_makes_no_run(tmp_path: Path) -> None:
@@ -168,10 +170,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return sweep(path, seeds=8, out=folder / "s", workers=1).csv()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Ctrl+C is sent as on Linux")
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL], ids=["int", "kill"])
+@pytest.mark.parametrize("how", [interrupt, subprocess.Popen.kill], ids=["int", "kill"])
 def test_it_goes_on_after_a_signal(
-    tmp_path: Path, whole: bytes, sign: signal.Signals
+    tmp_path: Path, whole: bytes, how: Callable[[subprocess.Popen[str]], None]
 ) -> None:
     path = written(tmp_path / "lab", "20 s")
     words = ["sweep", str(path), "--seeds", "8", "--workers", "2", "--out", "s"]
@@ -180,16 +181,17 @@ def test_it_goes_on_after_a_signal(
         cwd=tmp_path,
         env=environment(),
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
+        **APART,
     )
     try:
         until(lambda: len([*(tmp_path / "s").glob("0*")]) >= 1)
     finally:
-        running.send_signal(sign)
+        how(running)
         _, said = running.communicate()
     there = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("0*")}
     assert 1 <= len(there) < 8
-    if sign == signal.SIGINT:
+    if how is interrupt:
         assert running.returncode == 130
         assert f"{len(there)} of 8 runs are there; type the same command" in said
     done = inside(*words, folder=tmp_path)
@@ -214,7 +216,7 @@ def test_a_pool_leaves_no_process() -> None:
         pids = {pool.submit(os.getpid).result() for _ in range(4)}
     assert os.getpid() not in pids
     for pid in pids:
-        until(lambda pid=pid: not Path(f"/proc/{pid}/exe").exists())  # type: ignore[misc]
+        until(lambda pid=pid: not alive(pid))  # type: ignore[misc]
 
 
 SCRIPT = """

@@ -14,6 +14,7 @@ import pytest
 
 from rems_net import sweep
 from rems_net.errors import ExperimentError
+from tests.agents.runs import until
 from tests.commands import environment
 from tests.sweeps.labs import lab, written
 
@@ -32,8 +33,17 @@ class Editing(ThreadPoolExecutor):
             # At once: the worker of the first call may be reading it.
             saved = self.file.with_suffix(".saved")
             saved.write_text(self.file.read_text() + "\n# changed\n")
-            saved.replace(self.file)
+            until(lambda: _replace(self.file, saved))
         return super().submit(fn, *args)
+
+
+def _replace(file: Path, saved: Path) -> bool:
+    """Return whether a file got its place; Windows keeps a file that is being read."""
+    try:
+        saved.replace(file)
+    except PermissionError:
+        return False
+    return True
 
 
 def test_a_source_that_differs_on_a_worker(tmp_path: Path) -> None:

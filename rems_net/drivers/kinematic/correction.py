@@ -106,7 +106,8 @@ class Weights:
 
     def write(self, path: Path) -> None:
         """Write the file; numbers read back to the same bits."""
-        path.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+        text = json.dumps(asdict(self), indent=1) + "\n"
+        path.write_text(text, encoding="utf-8", newline="\n")
 
     @classmethod
     def read(cls, path: Path, shown: str = "") -> "Weights":

@@ -83,7 +83,7 @@ def write_identified(
         for name, value in values.items():
             remark = f"  # {remarks[name]}" if name in remarks else ""
             lines.append(f"{_toml(name)} = {_toml(value)}{remark}")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
 #: errors of a file that is not of this kind

@@ -1,8 +1,6 @@
 """A run that was held, and members that were away: told, and nobody driven through."""
 
-import os
 import re
-import signal
 import subprocess
 import threading
 import time
@@ -22,6 +20,7 @@ from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, alive, digest, in_one_host, until
+from tests.signals import freeze, thaw
 
 
 def lab(seconds: float = 2.0, **more: Any) -> Experiment:
@@ -67,15 +66,17 @@ def test_ticks_that_are_due_are_sent_together(
 Noted = tuple[float, int, float]
 
 
-def freeze(name: str, seconds: float, noted: list[Noted]) -> Callable[[Clock], None]:
+def frozen_for(
+    name: str, seconds: float, noted: list[Noted]
+) -> Callable[[Clock], None]:
     """Freeze a host, and note when ticks came afterwards, to the last."""
 
     def do(clock: Clock) -> None:
         until(lambda: clock.tick.n > 10)
         pid = clock.members.all[name].pid
-        os.kill(pid, signal.SIGSTOP)
+        freeze(pid)
         threading.Event().wait(seconds)
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
         pause = threading.Event()
         while not noted or noted[-1][1] < 100:
             noted.append((time.monotonic(), clock.tick.n, time.monotonic()))
@@ -96,7 +97,7 @@ def fastest(noted: list[Noted]) -> float:
 
 def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
     noted: list[Noted] = []
-    told = Told(freeze("robot/cart", 1.6, noted))
+    told = Told(frozen_for("robot/cart", 1.6, noted))
     assert lab().run(tmp_path, show=told).ticks == 100
     said, *_ = told.of("late")
     why = r"; ticks waited \d+\.\d s for .*robot/cart on .*"
@@ -109,7 +110,7 @@ def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
 
 def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
     noted: list[Noted] = []
-    told = Told(freeze("robot/cart", 1.6, noted))
+    told = Told(frozen_for("robot/cart", 1.6, noted))
     assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
     assert not told.of("late")
     # 30 times real time on a machine that has nothing else to do.
@@ -188,9 +189,9 @@ def stop_and_go(seconds: float) -> Callable[[Clock], None]:
         until(lambda: clock.tick.n > 10)
         pid = clock.members.all["robot/b"].pid
         assert alive(pid)
-        os.kill(pid, signal.SIGSTOP)
+        freeze(pid)
         threading.Event().wait(seconds)
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
     return do
 
@@ -230,7 +231,7 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
         def sleep(clock: Clock) -> None:
             until(lambda: clock.tick.n > 10)
             frozen.append(clock.members.all["robot/b"].pid)
-            os.kill(frozen[0], signal.SIGSTOP)
+            freeze(frozen[0])
             member = clock.members.all["robot/b"]
             # What it had said before may still be on its way.
             until(lambda: stays(lambda: (clock.tick.n, member.n)))
@@ -244,7 +245,7 @@ def test_who_slept_through_the_end_of_a_run_leaves_the_next_one_alone(
 
             def wake(clock: Clock) -> None:
                 until(lambda: clock.tick.n > 10)
-                os.kill(frozen[0], signal.SIGCONT)
+                thaw(frozen[0])
 
             told = Told(wake)
             second = away(4.0).run(tmp_path / "second", alone=True, show=told)
@@ -278,7 +279,7 @@ def test_a_run_that_waits_for_a_tick_can_be_ended(tmp_path: Path) -> None:
     def end(clock: Clock) -> None:
         until(lambda: clock.tick.n > 10)
         cart = clock.members.all["robot/cart"]
-        os.kill(cart.pid, signal.SIGSTOP)
+        freeze(cart.pid)
         until(lambda: cart.owes(clock.tick.n) and stays(lambda: clock.tick.n))
         clock.pacing.end()
 

@@ -2,7 +2,6 @@
 
 import os
 import platform
-import signal
 import subprocess
 import sys
 import threading
@@ -25,6 +24,7 @@ from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, digest, until
+from tests.signals import freeze, thaw
 
 PLAIN = PARTS.parent.parent / "docs" / "programs" / "plain_agent.py"
 
@@ -104,13 +104,13 @@ def test_the_agent_in_plain_zenoh_gives_the_same_bytes(
 def test_it_outlives_a_freeze(tmp_path: Path, ours: str) -> None:
     """Ticks are said again while it stands still, and it says done again."""
 
-    def freeze(clock: Clock, pid: int) -> None:
+    def hold(clock: Clock, pid: int) -> None:
         until(lambda: clock.tick.n > 10)
-        os.kill(pid, signal.SIGSTOP)
+        freeze(pid)
         threading.Event().wait(1.5)
-        os.kill(pid, signal.SIGCONT)
+        thaw(pid)
 
-    with_plain_agent(tmp_path, freeze)
+    with_plain_agent(tmp_path, hold)
     assert digest(tmp_path) == ours
 
 

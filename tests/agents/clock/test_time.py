@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
@@ -29,6 +28,7 @@ from rems_net.errors import AgentError, ExperimentError
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, free_port, until
+from tests.signals import KILL
 
 
 def lab(ticks: int = 12, dt: float = 0.1, host: str = HERE, **more: Any) -> Experiment:
@@ -142,7 +142,7 @@ def test_a_held_tick_names_who_how_long_and_where(tmp_path: Path) -> None:
     def end(clock: Clock) -> None:
         until(lambda: len(told.of("held")) >= 2)
         (spins,) = [s for s in clock.status() if s["agent"] == "input/spin"]
-        os.kill(int(spins["host"].rpartition(":")[2]), signal.SIGKILL)
+        os.kill(int(spins["host"].rpartition(":")[2]), KILL)
 
     told = Told(end)
     with pytest.raises(AgentError) as caught:
@@ -173,7 +173,7 @@ def test_who_depends_on_nobody_is_ahead_by_so_much_and_no_more(
         seen.update({s["agent"]: s["tick"] for s in clock.status()}, clock=clock.tick.n)
         clock.pacing.end()
         pid = next(s["host"] for s in clock.status() if s["agent"] == "input/spin")
-        os.kill(int(pid.rpartition(":")[2]), signal.SIGKILL)
+        os.kill(int(pid.rpartition(":")[2]), KILL)
 
     seen: dict[str, int] = {}
     told = Told(look)

@@ -1,13 +1,13 @@
 """Agents that crash, in the ways that `how` says, the first `times` that they live."""
 
 import os
-import signal
 
 from rems_net import Driver, Input, Out, Settings, Tick
 from rems_net.agents.agent import Agent
 from rems_net.defdict import DefDict, integer, text
 from rems_net.outputs.csv import CsvOutput
 from tests.agents.parts import COMMAND
+from tests.signals import KILL
 
 
 class Crashing(Agent):
@@ -25,7 +25,7 @@ class Crashing(Agent):
             super().step(tick)
             return
         if self.options.how == "kill":
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), KILL)
         if self.options.how == "exit":
             os._exit(7)
         raise ZeroDivisionError("no more")

@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +13,8 @@ from rems_net import Experiment
 from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, RemsError, uncoded
 from tests.agents.runs import PARTS, Told, relatives, shared_memory, until
+from tests.interrupts import APART, interrupt
+from tests.signals import KILL
 
 
 @pytest.fixture(autouse=True)
@@ -234,7 +235,7 @@ def nobody_stays(tmp_path: Path) -> Iterator[None]:
         process.kill()
         process.wait()
     for pid in relatives(f"PARTS_MARK={tmp_path}"):
-        os.kill(pid, signal.SIGKILL)
+        os.kill(pid, KILL)
 
 
 def start(folder: Path, kind: str, more: int = 0) -> subprocess.Popen[str]:
@@ -242,7 +243,11 @@ def start(folder: Path, kind: str, more: int = 0) -> subprocess.Popen[str]:
     text = SCRIPT.format(folder=str(PARTS), kind=kind, more=more)
     script.write_text(text, encoding="utf-8")
     process = subprocess.Popen(
-        [sys.executable, str(script)], cwd=folder, stderr=subprocess.PIPE, text=True
+        [sys.executable, str(script)],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        **APART,
     )
     STARTED.append(process)
     rows = folder / "out" / "cart.csv"
@@ -260,7 +265,7 @@ def test_ctrl_c_while_agents_spin(tmp_path: Path) -> None:
     mark = f"PARTS_MARK={tmp_path}"
     assert len(relatives(mark)) == 4
     assert shared_memory(mark) == set()
-    process.send_signal(signal.SIGINT)
+    interrupt(process)
     process.communicate(timeout=ENDED)
     assert process.returncode != 0
     assert not relatives(mark)
@@ -269,7 +274,7 @@ def test_ctrl_c_while_agents_spin(tmp_path: Path) -> None:
 
 def test_a_killed_parent_while_an_agent_spins(tmp_path: Path) -> None:
     process = start(tmp_path, "Spin")
-    process.send_signal(signal.SIGKILL)
+    process.kill()
     process.communicate()
     until(lambda: not relatives(f"PARTS_MARK={tmp_path}"))
     assert ticks_in(tmp_path / "out" / "cart.csv") in (4, 5)

@@ -21,6 +21,7 @@ from rems_net.router.session import Session
 from rems_net.router.settings import Link
 from tests.agents.runs import PARTS, Told, digest, until
 from tests.commands import ROOT, environment
+from tests.interrupts import APART, interrupt
 
 
 def lab(cls: type[Input] | None = None) -> Experiment:
@@ -165,10 +166,11 @@ def test_a_loop_without_end_is_named_and_ctrl_c_ends_the_program(
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        **APART,
     ) as program:
         assert program.stdout is not None
         assert program.stdout.readline() == "in it\n"
-        program.send_signal(signal.SIGINT)
+        interrupt(program)
         _, said = program.communicate(timeout=60)
     assert program.returncode == 130 or program.returncode == -signal.SIGINT
     stuck = r"an agent still computes in this program \(<string>, line 1\d, in step\)"

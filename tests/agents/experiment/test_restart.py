@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, digest, until
+from tests.signals import KILL, freeze
 
 CRASHING = "tests.agents.experiment.crashing"
 #: how it crashes, and what is told of it
@@ -182,7 +182,7 @@ def away(tmp_path: Path, back: float, beside: Any) -> tuple[Told, str, str]:
 
 def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
     def kill(clock: Clock, student: Any, pid: int) -> None:
-        os.kill(pid, signal.SIGKILL)
+        os.kill(pid, KILL)
         until(lambda: clock.members.all["robot/cart"].pid != pid, 60)
         n = clock.tick.n
         until(lambda: clock.tick.n > n + 10, 60)
@@ -204,9 +204,9 @@ def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
 
 def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
     def leave(clock: Clock, student: Any, pid: int) -> None:
-        os.kill(pid, signal.SIGSTOP)  # or it sees the other go, and says that it leaves
-        os.kill(student.pid, signal.SIGKILL)
-        os.kill(pid, signal.SIGKILL)
+        freeze(pid)  # or it sees the other go, and says that it leaves
+        os.kill(student.pid, KILL)
+        os.kill(pid, KILL)
 
     _, _, ended = away(tmp_path, 1.0, leave)
     assert re.fullmatch(r"robot/cart: is out of sight on \S+ for 1 s \(R0522\)", ended)

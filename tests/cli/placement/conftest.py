@@ -1,6 +1,5 @@
 """Two laptops, each a folder, a user, settings and notes of its own; one router."""
 
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ import pytest
 from tests.agents.runs import Router
 from tests.cli.conftest import LAB
 from tests.commands import YES, Running, begun, command, environment, inside, terminal
+from tests.interrupts import interrupt
 
 KEYS_LINE = 'options.file = "keys.csv"'
 #: the input and the robot of `LAB` are on machine b, in one process
@@ -70,7 +70,7 @@ class Laptop:
     def end(self) -> None:
         for process in self.running:
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                interrupt(process)
             process.communicate(timeout=30)
         self._terminals.close()
 

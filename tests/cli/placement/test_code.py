@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import signal
 
 from rems_net.agents.experiment.placement.bring import REFUSED
 from rems_net.router.message import machine as name_of_this
@@ -16,6 +15,7 @@ from tests.cli.placement.conftest import (
     one_line,
     wait_for,
 )
+from tests.interrupts import interrupt
 
 #: a class of the user's own, which reads a file and imports another of his files
 FOLLOW = """\
@@ -191,7 +191,7 @@ def test_who_leaves_before_the_start_may_come_again(pair: Pair) -> None:
     wait_for(run, "machine c: ")
     first = ben.bring("--as", "b")
     wait_for(run, "waiting for machine c: input/keys (on it: rems agent bring --as c)")
-    first.send_signal(signal.SIGINT)
+    interrupt(first)
     status, _, error = ended(first)
     assert (status, "Traceback" in error) == (130, False)
     said = wait_for(run, "waiting for machine b: ")

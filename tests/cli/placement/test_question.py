@@ -1,6 +1,5 @@
 """What `rems agent bring` asks, what it trusts unasked, and what a run learns."""
 
-import signal
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +22,7 @@ from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
 from tests.cli.placement.test_attacks import SERIAL, play, robot
 from tests.commands import rems
+from tests.interrupts import interrupt
 
 SECRET = "a-password-of-mine"
 
@@ -72,10 +72,10 @@ def test_no_answer_but_yes_starts_anything(pair: Pair) -> None:
     assert status == 2
     assert "is open to others, so nobody knows whose run this is" in error
     wait_for(held, "Anybody at this router")
-    held.send_signal(signal.SIGINT)
+    interrupt(held)
     status, _, error = ended(held)
     assert (status, error) == (130, "")
-    run.send_signal(signal.SIGINT)
+    interrupt(run)
     assert REFUSED in one_line(ended(run)[1])
 
 

@@ -1,7 +1,5 @@
 """`machine = "b"` and `rems agent bring --as b`: two laptops, the same bytes."""
 
-import signal
-
 from rems_net.router.message import machine as name_of_this
 from tests.agents.runs import digest
 from tests.cli.conftest import KEYS, LAB, together
@@ -13,6 +11,7 @@ from tests.cli.placement.conftest import (
     one_line,
     wait_for,
 )
+from tests.interrupts import interrupt
 
 
 def test_the_same_bytes_and_no_file_on_the_other_laptop(pair: Pair) -> None:
@@ -124,7 +123,7 @@ def test_stay_serves_one_run_after_the_other(pair: Pair) -> None:
     for out in ("first", "second"):
         assert anna.rems("run", "lab.toml", "--out", out)[0] == 0
     assert digest(anna.folder / "first") == digest(anna.folder / "second")
-    stays.send_signal(signal.SIGINT)
+    interrupt(stays)
     status, out, error = ended(stays)
     assert status == 130
     assert "Traceback" not in error

@@ -1,10 +1,9 @@
 """Laptops that differ in their rems_net, or in a definition: both are told."""
 
-import signal
-
 from rems_net.router.message import machine as name_of_this
 from tests.cli.conftest import KEYS
 from tests.cli.placement.conftest import ON_B, Pair, ended, one_line, wait_for
+from tests.interrupts import interrupt
 
 OTHER = (
     "import rems_net; rems_net.__version__ = '0.0.9'\n"
@@ -21,7 +20,7 @@ def test_an_open_fabric_of_another_version(pair: Pair) -> None:
     status, _, error = ended(ben.python("-c", OTHER.format(words)))
     assert status == 2
     assert 'Type: pip install "rems-net==0.1.0"' in error
-    served.send_signal(signal.SIGINT)
+    interrupt(served)
     _, out, error = ended(served)
     assert f"{name_of_this()} has rems_net 0.0.9, and this laptop" in out + error
 

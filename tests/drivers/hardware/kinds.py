@@ -27,7 +27,7 @@ from tests.drivers.hardware.create2.scene import driven
 STAND = {"wheel/left": 0.0, "wheel/right": 0.0}
 #: rad. Two counts of the coarsest encoder, that of a Create 2.
 COUNTS = 0.025
-LIBRARIES = ("pty", "serial", "dynamixel_sdk", "websockets")
+LIBRARIES = ("serial", "dynamixel_sdk", "websockets")
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,19 @@ class Kind:
     guarded: bool = False
     at_port: bool = True
 
+    def line(self, folder: Path) -> Terminal | WebSocketPort:
+        """Return the line of an emulator; skip the test where libraries are missing."""
+        for library in LIBRARIES:
+            pytest.importorskip(library, reason=f"there is no {library} here")
+        if not self.at_port:
+            return WebSocketPort()
+        pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+        return Terminal(folder / "port")
+
     @contextmanager
     def opened(self, folder: Path, **patience: float) -> Iterator[tuple[Any, Any]]:
         """Its driver outside of a host, and the emulator. patience: max_age, silence"""
-        for library in LIBRARIES:
-            pytest.importorskip(library, reason=f"there is no {library} here")
-        line = Terminal(folder / "port") if self.at_port else WebSocketPort()
-        with Emulator(self.device(), line) as emulator:
+        with Emulator(self.device(), self.line(folder)) as emulator:
             where = {"port" if self.at_port else "url": emulator.where}
             robot = self.robot("b", options=where)
             vars(robot).update(patience)

@@ -1,7 +1,6 @@
 """A robot without a watchdog stands still when its host can no longer stop it."""
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -14,12 +13,10 @@ from typing import Any
 import pytest
 
 from rems_net.emulators.emulator import Emulator
-from rems_net.emulators.terminal import Terminal
-from rems_net.emulators.websocket import WebSocketPort
 from tests.agents.runs import relatives, until
-from tests.drivers.hardware.kinds import KINDS, LIBRARIES, Kind
+from tests.drivers.hardware.kinds import KINDS, Kind
+from tests.signals import KILL, freeze, thaw
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 #: s: what a robot may take to stand, and what a busy machine is granted in CI
 LIMIT, BUSY = 0.6, 0.5
 UNGUARDED = [name for name, kind in KINDS.items() if not kind.guarded]
@@ -33,11 +30,8 @@ Host = subprocess.Popen[bytes]
 def driving(name: str, folder: Path) -> Iterator[tuple[Kind, Any, Host]]:
     """An emulated robot that a program of its own drives ahead; all end with this."""
     kind = KINDS[name]
-    for library in LIBRARIES:
-        pytest.importorskip(library, reason=f"there is no {library} here")
     mark = f"HELD_MARK={folder}"
-    line = Terminal(folder / "port") if kind.at_port else WebSocketPort()
-    with Emulator(kind.device(), line) as emulator:
+    with Emulator(kind.device(), kind.line(folder)) as emulator:
         process = subprocess.Popen(
             [sys.executable, "-m", "tests.drivers.hardware.host", name, emulator.where],
             env=os.environ | dict([mark.split("=", 1)]),
@@ -50,6 +44,13 @@ def driving(name: str, folder: Path) -> Iterator[tuple[Kind, Any, Host]]:
             process.kill()
             process.wait()
         until(lambda: not relatives(mark))
+
+
+def kill_group(process: Host) -> None:
+    """Kill a program and all in its process group."""
+    if sys.platform == "win32":
+        pytest.skip("Windows has no process groups that a signal ends")
+    os.killpg(process.pid, KILL)
 
 
 def goes(kind: Kind, emulator: Any) -> bool:
@@ -75,12 +76,14 @@ def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None
     with driving(name, tmp_path) as (kind, emulator, process):
         begun = time.monotonic()
         if how == "its group killed":
-            os.killpg(process.pid, signal.SIGKILL)
+            kill_group(process)
+        elif how == "frozen":
+            freeze(process.pid)
         else:
-            process.send_signal(signal.SIGSTOP if how == "frozen" else signal.SIGKILL)
+            process.kill()
         assert standing(kind, emulator, begun) < LIMIT + BUSY
         if how == "frozen":  # and it obeys again
-            process.send_signal(signal.SIGCONT)
+            thaw(process.pid)
             until(lambda: goes(kind, emulator))
 
 
@@ -88,11 +91,12 @@ def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None
 def test_the_process_that_holds_its_port_is_killed(name: str, tmp_path: Path) -> None:
     """The driver starts another one, which has the robot stand first."""
     with driving(name, tmp_path) as (kind, emulator, process):
-        tasks = Path(f"/proc/{process.pid}/task")
-        children = [p.read_text("ascii").split() for p in tasks.glob("*/children")]
-        (holder,) = (int(pid) for pids in children for pid in pids)
+        holders = {*relatives(f"HELD_MARK={tmp_path}")} - {process.pid}
+        # Windows has a program for each console, too, which ends with its holder.
+        assert len(holders) == 1 or sys.platform == "win32"
         stood, begun = kind.history(emulator).count(kind.stands), time.monotonic()
-        os.kill(holder, signal.SIGKILL)
+        for pid in holders:
+            os.kill(pid, KILL)
         # On a busy machine it may stand for less than the time between two looks.
         until(lambda: kind.history(emulator).count(kind.stands) > stood)
         assert time.monotonic() - begun < LIMIT + BUSY

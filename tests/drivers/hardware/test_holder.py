@@ -14,6 +14,7 @@ from rems_net.drivers.hardware import held
 from rems_net.drivers.hardware.held import HeldSerial
 from rems_net.emulators.terminal import Terminal
 from tests.agents.runs import alive, until
+from tests.signals import KILL, freeze, thaw
 
 pytest.importorskip("pty", reason="there are no pseudo-terminals here")
 pytest.importorskip("serial", reason="pyserial is not installed")
@@ -82,12 +83,12 @@ def test_after_a_sleep_it_halts_first(bench: Bench) -> None:
     bench.port.write(AHEAD)
     bench.saw(AHEAD)
     bench.came = b""
-    os.kill(bench.pid, signal.SIGSTOP)
+    freeze(bench.pid)
     begun = wall()
     bench.port.write(b"<old>")
     until(lambda: wall() > begun + 2 * MAX_AGE)
     bench.port.write(b"<new>")
-    os.kill(bench.pid, signal.SIGCONT)
+    thaw(bench.pid)
     bench.saw(b"<new>")
     assert bench.came.startswith(HALT)
     assert b"<old>" not in bench.came
@@ -132,7 +133,7 @@ def test_signals_of_a_shutdown_do_not_end_it(bench: Bench) -> None:
 def test_its_own_death_breaks_the_line(bench: Bench) -> None:
     """The driver connects anew then, and so starts another one."""
     pid = bench.pid
-    os.kill(pid, signal.SIGKILL)
+    os.kill(pid, KILL)
     with pytest.raises(OSError, match="the process that holds the port has ended"):
         until(lambda: bench.port.read() and False)
     bench.port.reach(bench.line.where, 115_200)

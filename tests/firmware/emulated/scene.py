@@ -1,7 +1,6 @@
 """A scene for emulated robots: a served fabric, drivers, what their servos did."""
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -18,6 +17,7 @@ from rems_net.router.settings import Link
 from tests.agents.runs import free_port, until
 from tests.commands import command
 from tests.firmware.golden import schemas
+from tests.signals import freeze, thaw
 
 #: us from the middle in which a modelled servo stands
 DEAD_BAND = 45
@@ -94,13 +94,13 @@ class Serve:
 
     def freeze(self) -> float:
         assert self._process is not None
-        self._process.send_signal(signal.SIGSTOP)
+        freeze(self._process.pid)
         return time.monotonic()
 
     def thaw(self) -> float:
         assert self._process is not None
         now = time.monotonic()
-        self._process.send_signal(signal.SIGCONT)
+        thaw(self._process.pid)
         return now
 
 

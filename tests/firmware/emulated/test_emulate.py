@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from rems_net.firmware import port
 from tests.agents.runs import alive, until
 from tests.commands import begun, command, inside as rems
 from tests.firmware.emulated.scene import Serve, compiled, ported
+from tests.interrupts import interrupt
+from tests.signals import KILL
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ class Emulate:
 
     def end(self) -> tuple[str, str]:
         """Ctrl+C; and all that it said."""
-        self.process.send_signal(signal.SIGINT)
+        interrupt(self.process)
         return self.process.communicate(timeout=30)
 
 
@@ -134,7 +135,7 @@ def test_a_crash_spreads_no_further_than_its_process(
     names = {"robot/woodbot-1", "robot/woodbot-2"}
     until(lambda: names <= listed().keys(), 30)
     first, second = children(running.process.pid)
-    os.kill(first, signal.SIGKILL)
+    os.kill(first, KILL)
     assert running.process.stdout is not None
     line = ""
     while "ended" not in line:

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from rems_net.recordings import recording
 from tests.agents.runs import until
 from tests.commands import command, finished
 from tests.firmware.emulated.scene import Serve, compiled
+from tests.interrupts import APART, interrupt
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -31,13 +31,14 @@ def serve() -> Iterator[Serve]:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
+            **APART,
         )
         assert robot.stdout is not None
         try:
             assert "is on the fabric" in robot.stdout.readline()
             yield serve
         finally:
-            robot.send_signal(signal.SIGINT)
+            interrupt(robot)
             robot.communicate(timeout=30)
 
 

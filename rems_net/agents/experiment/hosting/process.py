@@ -65,7 +65,7 @@ class HostProcess:
         assert self._process.stdout is not None
         if spec is not None:
             payload = pack(dict(spec))
-            with suppress(BrokenPipeError):  # it died at once, which is reported later
+            with suppress(OSError):  # it died at once, which is reported later
                 self._process.stdin.write(len(payload).to_bytes(4, "little") + payload)
                 self._process.stdin.flush()
         self._reader = threading.Thread(
@@ -104,7 +104,7 @@ class HostProcess:
     def leave(self) -> None:
         """Close its standard input, so that it closes its agents and ends."""
         if self._process is not None and self._process.stdin is not None:
-            with suppress(BrokenPipeError):  # it died with its input unread
+            with suppress(OSError):  # it died with its input unread
                 self._process.stdin.close()
 
     def kill(self) -> None:
