@@ -45,6 +45,17 @@ def without_ctrl_c() -> Iterator[None]:
             handler(*held[0])
 
 
+def ending(status: int) -> str:
+    """Return how a process ended, such as `was killed by signal 9`.
+
+    status: as Python returns it; Windows' own errors are above 16 bits.
+    """
+    if status < 0:
+        return f"was killed by signal {-status}"
+    shown = f"{status:#x}" if status > 0xFFFF else f"{status}"
+    return f"exited with status {shown}"
+
+
 class Again(logging.Filter):
     """Filter that repeats an interrupt which a library has logged.
 

@@ -130,8 +130,8 @@ def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> No
         ("run lab.toml", f"There is no file lab.toml. {GONE} (R0401)"),
         (
             "compare runs/lab",
-            "There is no folder runs/lab; expected the folder of a run, such as "
-            f"runs/demo. {GONE} (R0840)",
+            f"There is no folder {Path('runs/lab')}; expected the folder of a run, "
+            f"such as runs/demo. {GONE} (R0840)",
         ),
     ],
 )
