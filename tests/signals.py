@@ -6,6 +6,8 @@ import sys
 
 #: ends a process at once; on Windows `os.kill` does so for SIGTERM, too
 KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)
+#: how rems_net reports a process that ended so
+KILLED = "killed by signal 9" if os.name == "posix" else "exited with status 15"
 
 if sys.platform == "win32":
     from ctypes import WinDLL, c_void_p

@@ -93,7 +93,8 @@ def relatives(mark: str) -> list[int]:
     if sys.platform == "win32":
         for pid in processes.everybody():
             with suppress(OSError):
-                if mark in processes.environment_of(pid) and alive(pid):
+                marked = mark in processes.environment_of(pid)
+                if marked and pid != os.getpid() and alive(pid):
                     found.append(pid)
         return found
     for folder in Path("/proc").iterdir():

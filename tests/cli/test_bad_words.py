@@ -1,5 +1,6 @@
 """Every mistake on the command line is one sentence on stderr, and exit status 2."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -62,7 +63,9 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
 def test_on_the_command_line(
     folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
 ) -> None:
-    assert complaint(capsys, *args) == sentence.replace("FOLDER", str(folder))
+    assert complaint(capsys, *args) == sentence.replace(
+        "FOLDER/", f"FOLDER{os.sep}"
+    ).replace("FOLDER", str(folder))
 
 
 def test_an_endpoint_that_is_none(

@@ -10,7 +10,7 @@ import pytest
 
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, LAB, together
-from tests.commands import Done, Run, Start, environment, finished
+from tests.commands import Done, Run, Start, begun, command, environment, finished
 from tests.signals import freeze, thaw
 
 #: the command as it was installed; the module, where it is not on the path
@@ -250,6 +250,16 @@ def test_a_file_that_is_no_utf8(
         "'lab.toml'?"
         " (R0401)\n",
     )
+
+
+def test_a_reader_that_has_gone(folder: Path) -> None:
+    process = begun(command("completion", "bash"), folder)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    with process.stderr:
+        assert process.stderr.read() == ""
+    assert process.wait(20) == 0
 
 
 @shell
