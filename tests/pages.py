@@ -54,7 +54,7 @@ def started(folder: Path, line: str, stdin: int | None = None) -> Iterator[Runni
         stdin=stdin,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
     )
     try:
         yield process
