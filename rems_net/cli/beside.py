@@ -18,7 +18,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.events import Event
 from rems_net.router.find import PASSWORD, USER
-from rems_net.system.interrupts import without_ctrl_c
+from rems_net.system.interrupts import HIDDEN, without_ctrl_c
 
 #: s. The page gets this long to end by itself.
 ENDING = 2.0
@@ -75,6 +75,7 @@ class Beside:
                 text=True,
                 encoding="utf-8",
                 errors="replace",
+                creationflags=HIDDEN,
                 env={**os.environ, **known, "PYTHONIOENCODING": "utf-8"},
             )
         if class_ is not None and self._process.stdin is not None:

@@ -2,6 +2,7 @@
 
 import logging
 import signal
+import subprocess
 import threading
 from _thread import interrupt_main
 from collections.abc import Iterator
@@ -16,14 +17,18 @@ SOON = 0.05
 #: end of the name of a thread in which Zenoh calls back; Python waits for each of them
 CALLER = "(pyo3-closure)"
 CLOSER = "closing"
+#: creation flags of a process that Windows sends no Ctrl+C, since it has no window
+HIDDEN: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) | getattr(
+    subprocess, "CREATE_NO_WINDOW", 0
+)
 
 
 @contextmanager
 def without_ctrl_c() -> Iterator[None]:
     """Make Ctrl+C do nothing in a process that is started in this block.
 
-    In this process it is delayed until the end of the block. Windows has process groups
-    for this.
+    In this process it is delayed until the end of the block. Windows has HIDDEN for
+    this.
     """
     held: list[tuple[int, FrameType | None]] = []
     # With only a mask, the system would give the signal to another thread, and a

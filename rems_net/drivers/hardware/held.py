@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.frames import ARM, STAMP, Frames, Kind
-from rems_net.system.interrupts import without_ctrl_c
+from rems_net.system.interrupts import HIDDEN, without_ctrl_c
 
 #: command line of the process
 HOLDER = (sys.executable, "-m", "rems_net.drivers.hardware.holder")
@@ -49,8 +49,6 @@ class Held:
             return
         # Ctrl+C, a closed terminal and a killed process group end the host: the
         # holder must live longer.
-        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
         token = secrets.token_bytes(16)
         with socket.create_server(("127.0.0.1", 0)) as door:
             with without_ctrl_c():
@@ -59,7 +57,7 @@ class Held:
                     stdin=subprocess.PIPE,
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
-                    creationflags=apart,
+                    creationflags=HIDDEN,
                     start_new_session=True,
                 )
             assert self._process.stdin is not None

@@ -12,7 +12,7 @@ from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.events import Event, read_line
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
-from rems_net.system.interrupts import ending, without_ctrl_c
+from rems_net.system.interrupts import HIDDEN, ending, without_ctrl_c
 
 #: the command of a host process
 HOST = (sys.executable, "-m", "rems_net.agents.host")
@@ -51,15 +51,13 @@ class HostProcess:
         # take the driver away from a moving robot. A process group of its own is
         # enough; with a session for each host, Linux would divide the cores by session
         # (autogroup): 1.7 times as many task switches per tick.
-        apart = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        apart |= getattr(subprocess, "CREATE_NO_WINDOW", 0)
         with without_ctrl_c():
             self._process = subprocess.Popen(
                 [*self._command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                creationflags=apart,
+                creationflags=HIDDEN,
                 process_group=0,
                 env=environment(os.environ, native=self._native) | PRINTS,
             )
