@@ -9,6 +9,7 @@ from rems_net.cli import main
 from rems_net.cli.verbs import NOUNS, RARE, VERBS
 from rems_net.errors import uncoded
 from tests.cli.complaint import complaint
+from tests.commands import reason_of
 
 KNOWN = ", ".join([*VERBS, *NOUNS, *RARE])
 
@@ -38,7 +39,7 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
         ),
         (
             ["run", "lab.toml", "--out", "keys.csv"],
-            "lab.toml: cannot make the folder FOLDER/keys.csv: File exists.",
+            "lab.toml: cannot make the folder FOLDER/keys.csv: REASON.",
         ),
         (
             ["compare", "nowhere"],
@@ -63,6 +64,8 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
 def test_on_the_command_line(
     folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
 ) -> None:
+    if "REASON" in sentence:
+        sentence = sentence.replace("REASON", reason_of((folder / "keys.csv").mkdir))
     assert complaint(capsys, *args) == sentence.replace(
         "FOLDER/", f"FOLDER{os.sep}"
     ).replace("FOLDER", str(folder))

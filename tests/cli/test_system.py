@@ -10,7 +10,16 @@ import pytest
 
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, LAB, together
-from tests.commands import Done, Run, Start, begun, command, environment, finished
+from tests.commands import (
+    Done,
+    Run,
+    Start,
+    begun,
+    command,
+    environment,
+    finished,
+    reason_of,
+)
 from tests.signals import freeze, thaw
 
 #: the command as it was installed; the module, where it is not on the path
@@ -44,14 +53,15 @@ def rows(folder: Path) -> int:
 def test_a_runtime_folder_that_is_none(
     folder: Path, rems: Run, verb: str, where: str, reason: str
 ) -> None:
+    if os.name == "nt":  # it has its own words for both
+        reason = reason_of((folder / where).mkdir)
     told = str(folder / where)
     done = rems(*verb.split(), XDG_RUNTIME_DIR=told)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"rems: XDG_RUNTIME_DIR is {told!r}, and no folder for the notes of routers "
         f"can be made there: {reason}. Set XDG_RUNTIME_DIR to a folder of your own, "
-        "or type: unset XDG_RUNTIME_DIR"
-        " (R0612)\n"
+        "or unset it. (R0612)\n"
     )
 
 
