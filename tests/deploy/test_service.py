@@ -69,7 +69,7 @@ def test_what_they_run_is_served(tmp_path: Path) -> None:
     users = tmp_path / "users.toml"
     users.write_text('[members]\nanna = "seven green herons"\n')
     users.chmod(0o600)
-    with_users = with_users.replace("%t/rems_net/users.toml", str(users))
+    with_users = with_users.replace("%t/rems_net/users.toml", users.as_posix())
     assert " ".join(commands(CONTAINER)) == "rems router serve --no-qr" == first
     for line in (first, with_users):
         port = free_port()
