@@ -192,6 +192,7 @@ def test_a_file_that_cannot_be_loaded(
     assert re.fullmatch(sentence, uncoded(caught.value)), str(caught.value)
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit of a file's size")
 def test_a_full_disk(tmp_path: Path) -> None:
     made = lab()
     made.output("full", "wrong.py:Full", host="full")
