@@ -91,7 +91,7 @@ def relatives(mark: str) -> list[int]:
     """The processes whose environment holds `mark`: our own children, wherever."""
     found = []
     if sys.platform == "win32":
-        for pid in processes.everybody():
+        for pid in processes.pythons():
             with suppress(OSError):
                 marked = mark in processes.environment_of(pid)
                 if marked and pid != os.getpid() and alive(pid):

@@ -64,12 +64,15 @@ if sys.platform == "win32":
             return False
         return status.value == _STILL_ACTIVE
 
-    def everybody() -> list[int]:
-        """Return the numbers of all processes, without the hosts of consoles."""
+    def pythons() -> list[int]:
+        """Return the numbers of all processes that are Python's.
+
+        A console has a process of its own, and `platform` may start cmd.exe.
+        """
         pids, count = (DWORD * 4096)(), DWORD()
         _kernel.K32EnumProcesses(pids, sizeof(pids), byref(count))
         found = pids[: count.value // sizeof(DWORD)]
-        return [pid for pid in found if not _program(pid).endswith("conhost.exe")]
+        return [pid for pid in found if _program(pid).endswith("python.exe")]
 
     def _program(pid: int) -> str:
         """Return the path of a process's program; "" if it is gone."""
