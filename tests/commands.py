@@ -186,6 +186,15 @@ def _forget(modules: set[str]) -> None:
                 del sys.modules[name]
 
 
+def reason_of(refused: Callable[[], object]) -> str:
+    """Return the system's words for why it refuses this."""
+    try:
+        refused()
+    except OSError as error:
+        return str(error.strerror)
+    raise AssertionError(f"{refused} is not refused")
+
+
 def needs(*libraries: str) -> None:
     """Skip the test if one of the libraries is not installed."""
     for library in libraries:

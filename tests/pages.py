@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tests.agents.runs import ticking
 from tests.commands import Done, Running, command, environment, inside
+from tests.interrupts import APART
 
 #: a file beside a page; the site shows it below the paragraph that links it
 SHOWN = re.compile(r"\]\(((?:programs|rover)/[\w./]+)\)")
@@ -54,7 +55,8 @@ def started(folder: Path, line: str, stdin: int | None = None) -> Iterator[Runni
         stdin=stdin,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
+        **APART,
     )
     try:
         yield process

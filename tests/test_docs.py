@@ -60,7 +60,7 @@ def test_an_experiment_in_a_file(lab: Path) -> None:
 def test_playing_a_csv_file(lab: Path) -> None:
     first, second = blocks(README, "toml")
     command = 'command = "input/keys"'
-    assert f"`{command}`" in README.read_text()
+    assert f"`{command}`" in README.read_text(encoding="utf-8")
     told = first.replace("[[robot]]\n", f"[[robot]]\n{command}\n")
     (lab / "lab.toml").write_text(f"{told}\n{second}")
     (lab / "keys.csv").write_text(blocks(README, "csv")[0])

@@ -77,7 +77,7 @@ def test_a_router_for_a_class(tmp_path: Path) -> None:
         cwd=tmp_path,
         env=environment(),
         stdout=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
     )
     with router:
         try:

@@ -133,14 +133,15 @@ def end_import() -> None:
 def check_starts(what: str) -> None:
     """Raise ExperimentError in a process of a run, ImportError in a hiding file.
 
-    In a file that is imported for its classes, or in a thread, raise ScriptEnd, which
-    ends it silently.
+    End a file that is imported for its classes, or a thread there, silently: raise
+    ScriptEnd, or SystemExit, since a thread is silent with exactly this one.
     """
     if said := hiding_here(NEEDED if _of_run else LIBRARIES):
         raise ImportError(said)
-    beside = threading.current_thread() is not threading.main_thread()
-    if runner() is end_script or (_of_run and beside):
+    if runner() is end_script:
         raise ScriptEnd
+    if _of_run and threading.current_thread() is not threading.main_thread():
+        raise SystemExit
     if _of_run:
         raise ExperimentError(
             f"{what} is called in a process of an agent, which starts no others: put "

@@ -11,7 +11,13 @@ from typing import Any
 
 from rems_net import __version__
 from rems_net.cli.pinned import start_pinned
-from rems_net.cli.system import drop_output, folder_is_gone, mend_streams, refusal
+from rems_net.cli.system import (
+    drop_output,
+    folder_is_gone,
+    mend_streams,
+    reader_has_gone,
+    refusal,
+)
 from rems_net.cli.verbs import (
     AWAY,
     COMMANDS,
@@ -89,10 +95,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             except OSError:
                 drop_output()  # the terminal's window was closed
         return INTERRUPTED
-    except BrokenPipeError:
-        drop_output()  # the reader (`| head`) has gone
-        return 0
     except OSError as error:
+        if reader_has_gone(error):  # as with `| head`
+            drop_output()
+            return 0
         few = error.errno in (errno.EMFILE, errno.ENFILE)
         if not few:
             drop_output()  # a full disk would be reported twice

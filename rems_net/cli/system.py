@@ -38,6 +38,16 @@ def drop_output(stream: TextIO | None = None) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
 
 
+def reader_has_gone(error: OSError) -> bool:
+    """Return whether the output is a pipe that nobody reads any more.
+
+    Windows calls such a pipe an invalid argument.
+    """
+    invalid = errno.EINVAL, os.strerror(errno.EINVAL)
+    is_invalid = sys.platform == "win32" and error.args == invalid
+    return is_invalid or isinstance(error, BrokenPipeError)
+
+
 def refusal(error: OSError) -> str:
     """Return a sentence about what the system refused."""
     if error.errno in (errno.EMFILE, errno.ENFILE):

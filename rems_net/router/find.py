@@ -243,7 +243,7 @@ def _join(note: Path, fabric: str) -> Session | None:
         raise FabricError(
             f"Something listens at {endpoint}, where a run of yours has its router, "
             "and does not answer: is it frozen, by a debugger or by sleep? Go on with "
-            f"it, or end it; if that port is another program's by now, type: rm {note}"
+            f"it, or end it; if that port is another program's by now, remove {note}"
             " (R0601)"
         ) from None
     if router in session.routers():

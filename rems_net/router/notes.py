@@ -56,7 +56,7 @@ def folder() -> Path:
         status = made.lstat()
     except OSError as error:
         where = f"{VARIABLE} is {given!r}, and" if given else "In the temporary folder,"
-        todo = f", or type: unset {VARIABLE}" if given else "."
+        todo = ", or unset it." if given else "."
         raise FabricError(
             f"{where} no folder for the notes of routers can be made there: "
             f"{error.strerror or error}. Set {VARIABLE} to a folder of your own{todo} "
@@ -183,5 +183,5 @@ def _load(note: Path) -> dict[str, Any]:
 def _foreign(note: Path, what: str) -> FabricError:
     return FabricError(
         f"{note} {what}, so it is not believed; expected a note that a run of yours "
-        f"has left. Type: rm {note} (R0612)"
+        f"has left. Remove {note} (R0612)"
     )

@@ -29,8 +29,8 @@ if sys.platform == "win32":
 def without_ctrl_c() -> Iterator[None]:
     """Make Ctrl+C do nothing in a process that is started in this block.
 
-    In this process it is delayed until the end of the block. Windows has process groups
-    for this.
+    In this process it is delayed until the end of the block. Windows has APART for
+    this.
     """
     held: list[tuple[int, FrameType | None]] = []
     # With only a mask, the system would give the signal to another thread, and a
@@ -50,6 +50,17 @@ def without_ctrl_c() -> Iterator[None]:
             signal.signal(signal.SIGINT, handler)
         if held and callable(handler):
             handler(*held[0])
+
+
+def ending(status: int) -> str:
+    """Return how a process ended, such as `was killed by signal 9`.
+
+    status: as Python returns it; Windows' own errors are above 16 bits.
+    """
+    if status < 0:
+        return f"was killed by signal {-status}"
+    shown = f"{status:#x}" if status > 0xFFFF else f"{status}"
+    return f"exited with status {shown}"
 
 
 class Again(logging.Filter):

@@ -19,9 +19,12 @@ from rems_net.agents.experiment.show import Show
 from rems_net.client import join
 from rems_net.errors import FabricError
 from rems_net.events import Event
+from tests.signals import KILLED
 from tests.windows import processes
 
 PARTS = Path(__file__).parent
+#: how rems_net reports that a process was killed
+WAS_KILLED = KILLED if sys.platform == "win32" else f"was {KILLED}"
 #: in what a busy machine says by itself: held ticks, lost real time
 BUSY = (" is held by ", " late: real time goes on from here")
 #: how long a program waited for a core, of all time since the machine started [us]
@@ -88,9 +91,10 @@ def relatives(mark: str) -> list[int]:
     """The processes whose environment holds `mark`: our own children, wherever."""
     found = []
     if sys.platform == "win32":
-        for pid in processes.everybody():
+        for pid in processes.pythons():
             with suppress(OSError):
-                if mark in processes.environment_of(pid) and alive(pid):
+                marked = mark in processes.environment_of(pid)
+                if marked and pid != os.getpid() and alive(pid):
                     found.append(pid)
         return found
     for folder in Path("/proc").iterdir():

@@ -9,7 +9,16 @@ import pytest
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
 from rems_net.errors import AgentError, uncoded
-from tests.agents.runs import PARTS, Told, calm, relatives, shared_memory, until
+from tests.agents.runs import (
+    PARTS,
+    WAS_KILLED,
+    Told,
+    calm,
+    relatives,
+    shared_memory,
+    until,
+)
+from tests.signals import KILL, KILLED
 
 both = pytest.mark.parametrize("process", [False, True], ids=["thread", "process"])
 
@@ -64,7 +73,7 @@ def test_a_long_job_delays_no_tick(tmp_path: Path, process: bool) -> None:
     [
         ("fails", False, "LookupError: 3 is not there"),
         ("fails", True, "LookupError: 3 is not there"),
-        ("dies", True, "RuntimeError: the process of job die was killed by signal 9"),
+        ("dies", True, f"RuntimeError: the process of job die {WAS_KILLED}"),
     ],
 )
 def test_an_exception_is_delivered(
@@ -138,8 +147,8 @@ def test_a_killed_agent_takes_its_workers_along(
         agent, *_ = until(
             lambda: [s for s in clock.status() if s["agent"] == "input/noting"]
         )
-        os.kill(int(agent["host"].rpartition(":")[2]), 9)
+        os.kill(int(agent["host"].rpartition(":")[2]), KILL)
 
-    with pytest.raises(AgentError, match="killed by signal 9"):
+    with pytest.raises(AgentError, match=KILLED):
         lab("endless", True).run(tmp_path, show=Told(beside))
     until(lambda: not relatives(f"PARTS_MARK={tmp_path}"), 3)

@@ -1,6 +1,7 @@
 """An agent is a process: its arguments, its keyboard, and how it ends."""
 
 import gzip
+import os
 from pathlib import Path
 
 import pytest
@@ -64,7 +65,7 @@ def left(folder: Path) -> set[float]:
 
 
 def unpacked(path: Path) -> str:
-    return gzip.decompress(path.read_bytes()).decode()
+    return gzip.decompress(path.read_bytes()).decode().replace(os.linesep, "\n")
 
 
 #: a line in a file for each process that reads the script; too many end it

@@ -205,7 +205,7 @@ def test_in_the_experiment(
     sentence: str,
 ) -> None:
     path = folder / "lab.toml"
-    path.write_text(path.read_text().replace(*edit, 1))
+    path.write_text(path.read_text().replace(*edit, 1), encoding="utf-8")
     assert complaint(capsys, "run", "lab.toml") == sentence.replace(
         "FOLDER", str(folder)
     )

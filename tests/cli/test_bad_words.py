@@ -1,5 +1,6 @@
 """Every mistake on the command line is one sentence on stderr, and exit status 2."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from rems_net.cli import main
 from rems_net.cli.verbs import NOUNS, RARE, VERBS
 from rems_net.errors import uncoded
 from tests.cli.complaint import complaint
+from tests.commands import reason_of
 
 KNOWN = ", ".join([*VERBS, *NOUNS, *RARE])
 
@@ -37,7 +39,7 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
         ),
         (
             ["run", "lab.toml", "--out", "keys.csv"],
-            "lab.toml: cannot make the folder FOLDER/keys.csv: File exists.",
+            "lab.toml: cannot make the folder FOLDER/keys.csv: REASON.",
         ),
         (
             ["compare", "nowhere"],
@@ -62,7 +64,11 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
 def test_on_the_command_line(
     folder: Path, capsys: pytest.CaptureFixture[str], args: list[str], sentence: str
 ) -> None:
-    assert complaint(capsys, *args) == sentence.replace("FOLDER", str(folder))
+    if "REASON" in sentence:
+        sentence = sentence.replace("REASON", reason_of((folder / "keys.csv").mkdir))
+    assert complaint(capsys, *args) == sentence.replace(
+        "FOLDER/", f"FOLDER{os.sep}"
+    ).replace("FOLDER", str(folder))
 
 
 def test_an_endpoint_that_is_none(

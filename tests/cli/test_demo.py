@@ -39,7 +39,7 @@ def what_it_leaves(folder: Path, said: str) -> None:
         [*(f"{name}.csv" for name in INSTALLED), "comparison.png", "run.mcap"]
     )
     for name in made:
-        assert f"runs/demo/{name}" in said
+        assert str(Path("runs/demo", name)) in said
     for missing in {"mujoco", "pybullet"} - set(INSTALLED):
         why = no_wheels(missing) or f"This needs the library {missing},"
         assert f"without {missing}: {why}" in said
@@ -99,10 +99,11 @@ def test_where_there_is_no_wheel(
 def test_without_a_wheel(rems: Run) -> None:
     """What is told on a Python for which there is none, wherever it is told."""
     sentence = no_wheels("pybullet")
-    assert sentence == (
-        f"PyBullet has no wheels for Python 3.{sys.version_info.minor}; use 3.11, or "
-        "mujoco."
-    )
+    if sys.platform == "linux":
+        assert sentence == (
+            f"PyBullet has no wheels for Python 3.{sys.version_info.minor}; use 3.11, "
+            "or mujoco."
+        )
     assert rems("demo").stdout.splitlines()[-1] == f"without pybullet: {sentence}"
     assert sentence in rems("show", "pybullet").stdout.splitlines()
     listed = " ".join(rems("show").stdout.split()).replace(" built-in", "")

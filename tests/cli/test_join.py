@@ -9,7 +9,7 @@ from rems_net.errors import FabricError
 from rems_net.router.finding import remembered
 from tests.agents.runs import Router
 from tests.cli.conftest import LAB, together
-from tests.commands import Run
+from tests.commands import Run, reason_of
 
 
 def test_joined_used_and_left(
@@ -98,8 +98,9 @@ def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
         done = rems("router", "use", router.endpoint)
     assert done.returncode == 2
     where = tmp_path / "config" / "rems_net" / "router.json"
+    reason = reason_of(where.parent.mkdir)
     assert done.stderr == (
-        f"rems: Cannot remember {router.endpoint} in {where}: Not a directory. Set "
+        f"rems: Cannot remember {router.endpoint} in {where}: {reason}. Set "
         f"REMS_ROUTER to {router.endpoint} instead."
         " (R0612)\n"
     )

@@ -37,7 +37,7 @@ def test_paths_and_fields(folder: Path, rems: Run) -> None:
     done = rems("plot", "runs/lab")
     assert (done.returncode, done.stderr) == (0, "")
     assert rems("plot").stdout == done.stdout  # the newest run
-    assert done.stdout == "picture  runs/lab/plot.png\n"
+    assert done.stdout == f"picture  {Path('runs/lab/plot.png')}\n"
     assert (folder / "runs/lab/plot.png").read_bytes().startswith(b"\x89PNG")
     done = rems("plot", "runs/lab", "sensors/lidar", "state/x", "--out", "a.svg")
     assert (done.returncode, done.stdout) == (0, "picture  a.svg\n")
@@ -58,18 +58,18 @@ def test_a_robot_without_a_path(folder: Path, rems: Run) -> None:
 MISTAKES = [
     (
         ("runs/la",),
-        "rems: There is no folder runs/la; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?",
+        f"rems: There is no folder {Path('runs/la')}; expected the folder of a run, "
+        "such as runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("runs/lab/model.csv",),
-        "rems: runs/lab/model.csv is a file; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?",
+        f"rems: {Path('runs/lab/model.csv')} is a file; expected the folder of a run, "
+        "such as runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("lab.toml",),
-        "rems: lab.toml is a file; expected the folder of a run, such as "
-        "runs/demo. Did you mean 'runs/lab'?",
+        "rems: lab.toml is a file; expected the folder of a run, "
+        "such as runs/demo. Did you mean 'runs/lab'?",
     ),
     (
         ("runs/lab", "state/heding"),
@@ -80,11 +80,11 @@ MISTAKES = [
     ),
     (
         ("runs/lab", "--out", "nowhere/a.png"),
-        "rems: cannot write {here}/nowhere/a.png: No such file or directory.",
+        "rems: cannot write {here}{sep}nowhere{sep}a.png: No such file or directory.",
     ),
     (
         ("runs/lab", "--out", "a.docx"),
-        "rems: cannot write {here}/a.docx: Format 'docx' is not supported",
+        "rems: cannot write {here}{sep}a.docx: Format 'docx' is not supported",
     ),
 ]
 
@@ -96,7 +96,7 @@ def test_mistakes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert main(["plot", *words]) == 2, words
         printed = capsys.readouterr()
         assert printed.out == ""
-        assert printed.err.startswith(sentence.replace("{here}", str(folder)))
+        assert printed.err.startswith(sentence.format(here=folder, sep=os.sep))
 
 
 def test_without_matplotlib(folder: Path, rems: Run) -> None:

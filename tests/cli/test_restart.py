@@ -3,10 +3,10 @@
 import os
 from pathlib import Path
 
-from tests.agents.runs import free_port, until
+from tests.agents.runs import WAS_KILLED, free_port, until
 from tests.cli.conftest import LAB, fabric, robot, row, text, ticks
 from tests.commands import Run, Start
-from tests.signals import KILL
+from tests.signals import KILL, KILLED
 
 
 def test_on_an_open_fabric(start: Start) -> None:
@@ -27,8 +27,8 @@ def test_on_an_open_fabric(start: Start) -> None:
         _, said = alice.communicate(timeout=30)
     assert alice.returncode == 1
     assert said.splitlines()[-2:] == [
-        "robot/alice crashed (killed by signal 9); started again, 1 of 1",
-        "rems: robot/alice: was killed by signal 9 (R0522)",
+        f"robot/alice crashed ({KILLED}); started again, 1 of 1",
+        f"rems: robot/alice: {WAS_KILLED} (R0522)",
     ]
 
 

@@ -1,5 +1,6 @@
 """`rems run script.py`: as Python would run it, with what `rems run` brings."""
 
+import os
 import re
 from pathlib import Path
 
@@ -184,7 +185,7 @@ def test_mistakes(
     script(folder, text)
     assert main([verb, "weave.py"]) == 2
     told = capsys.readouterr()
-    came = sentence.replace("FOLDER", str(folder))
+    came = sentence.replace("FOLDER/", f"FOLDER{os.sep}").replace("FOLDER", str(folder))
     assert uncoded(told.err.rstrip("\n")) == f"rems: {came}"
     assert told.out in ("", "arguments []\n")
     assert not (folder / "runs").exists()
@@ -216,6 +217,6 @@ def test_on_the_command_line(
 ) -> None:
     script(folder, WEAVE + RUN)
     assert main(args) == 2
-    came = sentence.replace("FOLDER", str(folder))
+    came = sentence.replace("FOLDER/", f"FOLDER{os.sep}").replace("FOLDER", str(folder))
     assert uncoded(capsys.readouterr().err.rstrip("\n")) == f"rems: {came}"
     assert not (folder / "runs").exists()

@@ -101,7 +101,7 @@ def test_a_terminal_shows_the_line_to_cameras(tmp_path: Path) -> None:
         said = subprocess.run(
             [reader, "--quiet", "--raw", str(tmp_path / "seen.png")],
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             check=True,
         )
         assert said.stdout.strip() == line

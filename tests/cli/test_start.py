@@ -56,8 +56,7 @@ def test_ctrl_c(starting: tuple[Running, str]) -> None:
     process, mark = starting
     interrupt_all(process)
     out, err = process.communicate(timeout=20)
-    assert process.returncode == 130
-    assert "Traceback" not in out + err
+    assert (process.returncode, "Traceback" in out + err) == (130, False), out + err
     # It may have come to its first ticks by then, and says so; or not to the run yet.
     told = quiet(err).strip()
     assert told.startswith("rems: Interrupted after tick ") or told in (
@@ -76,7 +75,10 @@ def test_ctrl_c_is_held_back_whichever_thread_hears_it() -> None:
 
     def begin() -> None:
         with without_ctrl_c():
-            os.kill(os.getpid(), signal.SIGINT)
+            if os.name == "nt":  # there this would end the process
+                signal.raise_signal(signal.SIGINT)
+            else:
+                os.kill(os.getpid(), signal.SIGINT)
             other.join()
             reached.append(True)
 

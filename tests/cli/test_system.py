@@ -10,7 +10,16 @@ import pytest
 
 from tests.agents.runs import until
 from tests.cli.conftest import FREE, LAB, together
-from tests.commands import Done, Run, Start, environment, finished
+from tests.commands import (
+    Done,
+    Run,
+    Start,
+    begun,
+    command,
+    environment,
+    finished,
+    reason_of,
+)
 from tests.signals import freeze, thaw
 
 #: the command as it was installed; the module, where it is not on the path
@@ -44,14 +53,15 @@ def rows(folder: Path) -> int:
 def test_a_runtime_folder_that_is_none(
     folder: Path, rems: Run, verb: str, where: str, reason: str
 ) -> None:
+    if os.name == "nt":  # it has its own words for both
+        reason = reason_of((folder / where).mkdir)
     told = str(folder / where)
     done = rems(*verb.split(), XDG_RUNTIME_DIR=told)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"rems: XDG_RUNTIME_DIR is {told!r}, and no folder for the notes of routers "
         f"can be made there: {reason}. Set XDG_RUNTIME_DIR to a folder of your own, "
-        "or type: unset XDG_RUNTIME_DIR"
-        " (R0612)\n"
+        "or unset it. (R0612)\n"
     )
 
 
@@ -130,8 +140,8 @@ def test_a_folder_that_was_removed(folder: Path, verb: str, sentence: str) -> No
         ("run lab.toml", f"There is no file lab.toml. {GONE} (R0401)"),
         (
             "compare runs/lab",
-            "There is no folder runs/lab; expected the folder of a run, such as "
-            f"runs/demo. {GONE} (R0840)",
+            f"There is no folder {Path('runs/lab')}; expected the folder of a run, "
+            f"such as runs/demo. {GONE} (R0840)",
         ),
     ],
 )
@@ -250,6 +260,16 @@ def test_a_file_that_is_no_utf8(
         "'lab.toml'?"
         " (R0401)\n",
     )
+
+
+def test_a_reader_that_has_gone(folder: Path) -> None:
+    process = begun(command("completion", "bash"), folder)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    with process.stderr:
+        assert process.stderr.read() == ""
+    assert process.wait(20) == 0
 
 
 @shell

@@ -74,7 +74,7 @@ def link(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         env=environment(XDG_RUNTIME_DIR=str(folder)),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
     )
     try:
         yield link_of(run)

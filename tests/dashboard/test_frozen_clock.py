@@ -37,7 +37,7 @@ def test_robots_stand_while_the_clock_is_frozen(tmp_path: Path) -> None:
         def start(words: list[str]) -> subprocess.Popen[str]:
             out = subprocess.PIPE
             process = subprocess.Popen(
-                words, cwd=tmp_path, env=env, stdout=out, text=True
+                words, cwd=tmp_path, env=env, stdout=out, encoding="utf-8"
             )
             stack.callback(process.communicate)
             stack.callback(process.kill)

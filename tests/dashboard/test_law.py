@@ -41,7 +41,7 @@ def test_thirty_pages_and_a_frozen_one_change_no_byte(tmp_path: Path) -> None:
         env=environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
     )
     looking = []
     try:

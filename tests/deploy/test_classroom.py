@@ -13,17 +13,21 @@ CLASS = DEPLOY / "classroom.md"
 
 
 def test_the_page_is_two_pages() -> None:
-    assert len(CLASS.read_text().partition("## Sources")[0].split()) < 1100
+    assert (
+        len(CLASS.read_text(encoding="utf-8").partition("## Sources")[0].split()) < 1100
+    )
 
 
 def test_its_links_lead_somewhere() -> None:
-    text = CLASS.read_text()
+    text = CLASS.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)(?:#([^)]*))?\)", text):
         path, anchor = target
         if "://" not in path:
             assert (DEPLOY / path).exists(), path
             if anchor:
-                heads = re.findall("^#+ (.*)$", (DEPLOY / path).read_text(), re.M)
+                heads = re.findall(
+                    "^#+ (.*)$", (DEPLOY / path).read_text(encoding="utf-8"), re.M
+                )
                 assert anchor in {h.lower().replace(" ", "-") for h in heads}
     body, _, sources = text.partition("## Sources")
     named = {int(n) for n in re.findall(r"\[([0-9]+)\]", body)}
@@ -32,7 +36,7 @@ def test_its_links_lead_somewhere() -> None:
 
 
 def test_its_commands_are_there(tmp_path: Path) -> None:
-    lines = re.findall(r"`(rems [^`]*)`", CLASS.read_text())
+    lines = re.findall(r"`(rems [^`]*)`", CLASS.read_text(encoding="utf-8"))
     assert len(lines) > 4
     for line in lines:
         verb, *words = shlex.split(line)[1:]
@@ -45,4 +49,4 @@ def test_its_commands_are_there(tmp_path: Path) -> None:
 
 
 def test_what_it_says_of_the_doctor() -> None:
-    assert f"above {1000 * SLOW:.0f} ms it says" in CLASS.read_text()
+    assert f"above {1000 * SLOW:.0f} ms it says" in CLASS.read_text(encoding="utf-8")

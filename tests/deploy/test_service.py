@@ -25,7 +25,7 @@ needs_systemd = pytest.mark.skipif(
 
 def unit(folder: Path, *, users: bool = False) -> Path:
     """The unit with the `rems` of this environment, as it is or for a list of users."""
-    text = UNIT.read_text()
+    text = UNIT.read_text(encoding="utf-8")
     if users:
         text = re.sub("(?m)^ExecStart=.*\n", "", text, count=1)
         text = re.sub("(?m)^#(LoadCredential|ExecStart)", r"\1", text)
@@ -56,7 +56,7 @@ def test_the_unit_can_do_little_else(tmp_path: Path) -> None:
 
 def commands(path: Path) -> list[str]:
     """The `rems` lines that a file runs."""
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     found = re.findall(r"^#?ExecStart=/opt/rems_net/bin/(rems .*)$", text, re.M)
     for name in ("ENTRYPOINT", "CMD"):
         for words in re.findall(rf"^{name} (\[.*\])$", text, re.M):
@@ -69,7 +69,7 @@ def test_what_they_run_is_served(tmp_path: Path) -> None:
     users = tmp_path / "users.toml"
     users.write_text('[members]\nanna = "seven green herons"\n')
     users.chmod(0o600)
-    with_users = with_users.replace("%t/rems_net/users.toml", str(users))
+    with_users = with_users.replace("%t/rems_net/users.toml", users.as_posix())
     assert " ".join(commands(CONTAINER)) == "rems router serve --no-qr" == first
     for line in (first, with_users):
         port = free_port()
@@ -82,12 +82,12 @@ def test_what_they_run_is_served(tmp_path: Path) -> None:
 
 
 def test_both_end_it_by_the_signal_that_it_knows() -> None:
-    assert "\nKillSignal=SIGINT\n" in UNIT.read_text()
-    assert "\nSTOPSIGNAL SIGINT\n" in CONTAINER.read_text()
+    assert "\nKillSignal=SIGINT\n" in UNIT.read_text(encoding="utf-8")
+    assert "\nSTOPSIGNAL SIGINT\n" in CONTAINER.read_text(encoding="utf-8")
 
 
 def test_the_container_takes_what_the_project_has() -> None:
-    text = CONTAINER.read_text().replace("\\\n", " ")
+    text = CONTAINER.read_text(encoding="utf-8").replace("\\\n", " ")
     steps = [line.split(maxsplit=1) for line in text.splitlines() if line[:1].isupper()]
     assert steps[0][0] == "FROM"
     for name, words in steps:
@@ -97,6 +97,6 @@ def test_the_container_takes_what_the_project_has() -> None:
     assert re.search(r"^EXPOSE 7447$", text, re.M)
     assert re.search(r"^USER 65534:65534$", text, re.M)  # not root
     # what it takes is enough to build from: hatchling wants these
-    project = (ROOT / "pyproject.toml").read_text()
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert 'readme = "README.md"' in project
     assert 'license-files = ["LICENSE"]' in project

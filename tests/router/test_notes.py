@@ -108,7 +108,7 @@ def test_a_note_that_is_a_link_or_a_pipe_is_not_believed(tmp_path: Path) -> None
     note.symlink_to(told)
     sentence = (
         f"{note} is a link, so it is not believed; expected a note that a run of "
-        f"yours has left. Type: rm {note}"
+        f"yours has left. Remove {note}"
     )
     done = rems("stop")
     assert (done.returncode, done.stdout, done.stderr) == (
@@ -185,7 +185,7 @@ def test_a_note_of_another_user_is_not_believed(listener: str) -> None:
     assert done.stderr == (
         f"rems: {note} belongs to another user (number {OTHER}), so it is not "
         "believed; expected a note that a run of yours has left. "
-        f"Type: rm {note}"
+        f"Remove {note}"
         " (R0612)\n"
     )
     assert note.exists()

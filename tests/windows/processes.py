@@ -4,7 +4,7 @@ import sys
 
 if sys.platform == "win32":
     from collections.abc import Iterator
-    from contextlib import contextmanager
+    from contextlib import contextmanager, suppress
     from ctypes import (
         POINTER,
         WinDLL,
@@ -13,6 +13,7 @@ if sys.platform == "win32":
         c_ubyte,
         c_uint64,
         c_void_p,
+        create_unicode_buffer,
         sizeof,
     )
     from ctypes.wintypes import BOOL, DWORD, HANDLE
@@ -25,6 +26,7 @@ if sys.platform == "win32":
     _kernel.OpenProcess.restype = HANDLE
     _kernel.OpenProcess.argtypes = [DWORD, BOOL, DWORD]
     _kernel.CloseHandle.argtypes = [HANDLE]
+    _kernel.QueryFullProcessImageNameW.argtypes = [HANDLE, DWORD, c_void_p, c_void_p]
     _kernel.GetExitCodeProcess.argtypes = [HANDLE, POINTER(DWORD)]
     _kernel.ReadProcessMemory.argtypes = [
         HANDLE,
@@ -62,11 +64,22 @@ if sys.platform == "win32":
             return False
         return status.value == _STILL_ACTIVE
 
-    def everybody() -> list[int]:
-        """Return the numbers of all processes."""
+    def pythons() -> list[int]:
+        """Return the numbers of all processes that are Python's.
+
+        A console has a process of its own, and `platform` may start cmd.exe.
+        """
         pids, count = (DWORD * 4096)(), DWORD()
         _kernel.K32EnumProcesses(pids, sizeof(pids), byref(count))
-        return list(pids[: count.value // sizeof(DWORD)])
+        found = pids[: count.value // sizeof(DWORD)]
+        return [pid for pid in found if _program(pid).endswith("python.exe")]
+
+    def _program(pid: int) -> str:
+        """Return the path of a process's program; "" if it is gone."""
+        path, size = create_unicode_buffer(1024), DWORD(1024)
+        with suppress(OSError), _opened(pid, _LIMITED) as handle:
+            _kernel.QueryFullProcessImageNameW(handle, 0, path, byref(size))
+        return path.value.lower()
 
     def environment_of(pid: int) -> str:
         """Return the variables of a process, each with its end of text. Raises OSError.

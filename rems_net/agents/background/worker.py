@@ -14,7 +14,7 @@ from typing import Any
 
 from rems_net.agents import registry
 from rems_net.agents.diagnosis import place
-from rems_net.system.interrupts import without_ctrl_c
+from rems_net.system.interrupts import ending, without_ctrl_c
 
 #: The name of a script's module in the processes of multiprocessing.
 SCRIPT = "__mp_main__"
@@ -53,8 +53,7 @@ class Worker:
             result, error = self._pipe.recv()
         except (EOFError, OSError):
             self._process.join()
-            code = self._process.exitcode or 0
-            how = f"was killed by signal {-code}" if code < 0 else f"exited ({code})"
+            how = ending(self._process.exitcode or 0)
             name = getattr(function, "__name__", "?")
             raise RuntimeError(f"the process of job {name} {how}") from None
         if error is not None:

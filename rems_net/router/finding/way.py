@@ -122,7 +122,12 @@ def gateway() -> str:
         pass
     try:  # Windows and macOS print the route in a form that a pattern can read.
         told = subprocess.run(
-            ["netstat", "-rn"], capture_output=True, text=True, timeout=5, check=False
+            ["netstat", "-rn"],
+            capture_output=True,
+            text=True,
+            errors="replace",  # its words have letters of another encoding on Windows
+            timeout=5,
+            check=False,
         )
     except (OSError, subprocess.SubprocessError, ValueError):
         return ""

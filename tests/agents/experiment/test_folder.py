@@ -21,6 +21,8 @@ from rems_net.events import Event
 from rems_net.maths.numerics import describe, environment
 from tests.agents.runs import in_one_host, until
 
+#: where the runs of this experiment write, as this system writes a path
+LAB = Path("runs/lab")
 KEYS = "time [s],command/wheel/left [rad/s],command/wheel/right [rad/s]\n"
 
 
@@ -69,12 +71,12 @@ def test_what_was_there_is_moved_and_told(here: Path) -> None:
     made.robot("other", "woodbot", "kinematic", host=HERE)
     made.run(show=told)
     # Of robot/other it is said, too, that nothing commands it.
-    assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.1"
+    assert told.lines[-1] == f"[run] what was in {LAB} is now in {LAB}.1"
     assert names(runs / "lab.1") == ["notes.txt", *FILES]
     assert (runs / "lab.1" / "sim.csv").read_bytes() == first
     assert names(runs / "lab") == ["other.csv", *FILES]
     lab().run(show=told)
-    assert told.lines[-1] == "[run] what was in runs/lab is now in runs/lab.2"
+    assert told.lines[-1] == f"[run] what was in {LAB} is now in {LAB}.2"
     assert names(runs) == ["lab", "lab.1", "lab.2"]
 
 
@@ -133,7 +135,7 @@ def test_two_runs_at_once_never_write_one_file(here: Path) -> None:
         clock.pacing.end()
         first.join(30)
     assert str(caught.value) == (
-        "another run that still goes on writes to runs/lab; end that one "
+        f"another run that still goes on writes to {LAB}; end that one "
         "(`rems clock end`), or give this one another name or folder."
         " (R0414)"
     )
@@ -149,7 +151,7 @@ def test_a_run_does_not_move_what_it_plays(here: Path) -> None:
     with pytest.raises(ExperimentError) as caught:
         again.run(show=Told())
     assert str(caught.value) == (
-        "this run plays runs/lab/sim.csv, and runs/lab is where it would write; give "
+        f"this run plays runs/lab/sim.csv, and {LAB} is where it would write; give "
         "the experiment another name or folder."
         " (R0414)"
     )

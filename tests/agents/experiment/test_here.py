@@ -165,7 +165,7 @@ def test_a_loop_without_end_is_named_and_ctrl_c_ends_the_program(
         env={**environment(), "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         **APART,
     ) as program:
         assert program.stdout is not None

@@ -14,12 +14,12 @@ from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import AgentError, ExperimentError, uncoded
 from tests.agents.bringing import bring
 from tests.agents.runs import PARTS, Router, Told, digest, until
-from tests.signals import KILL, freeze
+from tests.signals import KILL, KILLED, freeze
 
 CRASHING = "tests.agents.experiment.crashing"
 #: how it crashes, and what is told of it
 WAYS = {
-    "kill": r"killed by signal 9",
+    "kill": KILLED,
     "exit": r"exited with status 7",
     "raise": r"ZeroDivisionError: no more \(crashing\.py, line \d+, in step, tick 5\)",
 }
@@ -191,8 +191,7 @@ def test_one_of_another_machine_is_started_there(tmp_path: Path) -> None:
     told, said, ended = away(tmp_path, 20.0, kill)
     assert ended == ""
     assert (
-        "[robot/cart] robot/cart crashed (killed by signal 9); started again, 1 of 2\n"
-        in said
+        f"[robot/cart] robot/cart crashed ({KILLED}); started again, 1 of 2\n" in said
     )
     (line,) = told.of("crashed")
     assert re.fullmatch(

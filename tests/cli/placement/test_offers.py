@@ -1,6 +1,7 @@
 """A run that is none starts nothing, and who asks a run nonsense is refused."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -161,7 +162,8 @@ def test_a_forged_offer_starts_nothing(name: str, link: Link, tmp_path: Path) ->
     (tmp_path / "here").mkdir()
     (tmp_path / "lab.py").write_text("raise SystemExit('it was run')")
     (tmp_path / "here" / "lab.py").write_text("raise SystemExit('it was run')")
-    (tmp_path / "here" / "link.py").symlink_to(tmp_path / "lab.py")
+    with suppress(OSError):  # on Windows only some users can make links
+        (tmp_path / "here" / "link.py").symlink_to(tmp_path / "lab.py")
     troubles: list[bytes] = []
 
     def answer(question: Question) -> None:

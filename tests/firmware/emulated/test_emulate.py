@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rems_net.firmware import port
-from tests.agents.runs import alive, until
+from tests.agents.runs import WAS_KILLED, alive, until
 from tests.commands import begun, command, inside as rems
 from tests.firmware.emulated.scene import Serve, compiled, ported
 from tests.interrupts import interrupt
@@ -141,7 +141,7 @@ def test_a_crash_spreads_no_further_than_its_process(
     while "ended" not in line:
         line = running.process.stdout.readline()
         assert line
-    assert line == "woodbot-1    ended: the process was killed by signal 9\n"
+    assert line == f"woodbot-1    ended: the process {WAS_KILLED}\n"
     assert alive(second)
     running.end()
     assert running.process.returncode == 1

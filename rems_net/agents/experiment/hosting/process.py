@@ -12,7 +12,7 @@ from rems_net.agents.protocol.limits import OVER, OVER_SAID
 from rems_net.events import Event, read_line
 from rems_net.maths.numerics import environment
 from rems_net.router.message import pack
-from rems_net.system.interrupts import APART, without_ctrl_c
+from rems_net.system.interrupts import APART, ending, without_ctrl_c
 
 #: the command of a host process
 HOST = (sys.executable, "-m", "rems_net.agents.host")
@@ -92,9 +92,7 @@ class HostProcess:
             return None
         if status == OVER:
             return OVER_SAID
-        if status < 0:
-            return f"was killed by signal {-status}"
-        return f"exited with status {status}"
+        return ending(status)
 
     @property
     def status(self) -> int | None:
