@@ -1,14 +1,12 @@
 """Windows' Python under Wine, with rems_net installed by the README's first command."""
 
-from collections.abc import Iterator
-
 import pytest
 
 from tests.windows.wine import Windows, missing, usual
 
 
 @pytest.fixture(scope="session")
-def windows() -> Iterator[Windows]:
+def windows() -> Windows:
     """The system, with rems_net in its Python; it is made where it is not there yet.
 
     It takes some minutes, 2 GB, and package registries; the folder is kept.
@@ -17,5 +15,4 @@ def windows() -> Iterator[Windows]:
         pytest.skip(f"There is no Wine here with what its Python needs; {why}.")
     made = Windows(usual())
     made.make()
-    yield made
-    made.end()
+    return made
