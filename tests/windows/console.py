@@ -47,6 +47,12 @@ class Console:
         before, self.text = self.text, self.text[found.end() :]
         return before
 
+    def wait(self, seconds: float) -> None:
+        """Take in what is drawn in this time."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            self._read(left)
+
     def status(self, seconds: float = 30.0) -> int:
         """Wait for the program's end; return its exit status."""
         until = time.monotonic() + seconds

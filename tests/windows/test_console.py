@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.agents.runs import free_port, until
 from tests.windows.console import console
 from tests.windows.wine import Windows
 
@@ -50,6 +51,24 @@ driver = "kinematic"
 name = "log"
 type = "csv"
 """
+#: holds the arrow up in its console, which Wine's terminal cannot: there each key is
+#: released at once.  Source: Microsoft's documentation of INPUT_RECORD
+HOLDS = """\
+import ctypes, struct, sys, threading
+from rems_net.cli import main
+
+def hold():
+    windows = ctypes.windll.kernel32
+    windows.GetStdHandle.restype = ctypes.c_void_p
+    console = ctypes.c_void_p(windows.GetStdHandle(-10))
+    key_event, down, repeats, up_arrow = 1, 1, 1, 0x26
+    record = struct.pack("<HxxiHHHHI", key_event, down, repeats, up_arrow, 0, 0, 0)
+    while not threading.Event().wait(0.2):
+        windows.WriteConsoleInputW(console, record, 1, ctypes.byref(ctypes.c_uint()))
+
+threading.Thread(target=hold, daemon=True).start()
+sys.exit(main(sys.argv[1:]))
+"""
 
 
 def left(windows: Windows) -> list[str]:
@@ -77,3 +96,39 @@ def test_an_end_that_a_person_makes(windows: Windows, tmp_path: Path, way: str) 
     assert rows.endswith(b"\n")
     assert rows.count(b"\n") > 10
     assert (folder / "run.mcap").read_bytes().endswith(MAGIC)
+
+
+def test_a_robot_is_driven_by_the_keys_of_a_console(
+    windows: Windows, tmp_path: Path
+) -> None:
+    (tmp_path / "lab.toml").write_text(ROBOTS, encoding="utf-8")
+    (tmp_path / "holds.py").write_text(HOLDS, encoding="utf-8")
+    with windows.begin("run", "lab.toml", cwd=tmp_path) as run:
+        assert run.stdout is not None
+        line = next(line for line in run.stdout if "fabric at" in line)
+        at = line.split()[-1].rstrip(".")
+        words = ["holds.py", "drive", "robot/sim", "--at", at]
+        with console(windows, tmp_path, windows.exe, *words) as shown:
+            shown.wait_for("robot/sim")
+            until(lambda: moved(tmp_path / "runs" / "lab" / "sim.csv"))
+            shown.type("\x03")
+            shown.status()
+        run.kill()
+
+
+def moved(log: Path) -> bool:
+    """Return whether the robot of a recording has left its place."""
+    header, *rows = log.read_text(encoding="utf-8").splitlines()
+    at = header.split(",").index("state/x [m]")
+    return len(rows) > 1 and float(rows[-1].split(",")[at]) > 0.01
+
+
+def test_a_typed_line_stops_all_robots(windows: Windows, tmp_path: Path) -> None:
+    listen = ["--listen", f"tcp/127.0.0.1:{free_port()}", "--no-qr"]
+    words = ["-m", "rems_net", "router", "serve", *listen]
+    with console(windows, tmp_path, windows.exe, *words) as shown:
+        shown.wait_for("To stop all robots, type here")
+        shown.type("x\bs\r")
+        shown.wait_for("On rems:")
+        shown.type("\x03")
+        assert shown.status() == 0
