@@ -356,6 +356,29 @@ def test_time_is_received() -> None:
             assert "datetime.now" not in name, f"{path.name}:{line}"
 
 
+#: what reads the standard input while nothing else goes on: a question to a person, and
+#: the first line of a process
+QUESTIONS = {
+    "cli/agent/bring.py",
+    "cli/board/calibrate.py",
+    "cli/board/provision.py",
+    "drivers/hardware/holder.py",
+}
+
+
+def test_no_thread_waits_for_the_standard_input() -> None:
+    """On Windows no library can be loaded as long as a read of a pipe waits."""
+    for path in FILES:
+        here = path.relative_to(PACKAGE).as_posix()
+        if here in QUESTIONS or here.startswith("system/"):
+            continue
+        text = path.read_text(encoding="utf-8")
+        reads = r"stdin\.(read|buffer)|in sys\.stdin\b|os\.read\(0\b"
+        assert not re.search(reads, text), here
+        asked = [line for name, line in calls(path) if name == "input"]
+        assert not asked, f"{here}:{asked}"
+
+
 #: what tells the system time, and what compares it with another laptop's
 TELL_THE_TIME = {"agents/clock/replies.py", "client/checkup.py"}
 
