@@ -20,6 +20,7 @@ from rems_net.agents.protocol.plan import HERE
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.recordings.names import natural
 from rems_net.recordings.recording import Recording
+from tests.agents.runs import quiet
 
 KEYS = """\
 time [s],command/wheel/left [percent],command/wheel/right [percent]
@@ -155,7 +156,7 @@ def test_a_recording_follows_its_folder(
     first = made.run()
     made.plans["robot/r1"].initial = {"x": "5 m"}
     second = made.run()
-    assert capfd.readouterr().err == (
+    assert quiet(capfd.readouterr().err) == (
         f"[run] what was in {Path('runs/lab')} is now in {Path('runs/lab.1')}\n"
     )
     assert first.folder == tmp_path / "runs" / "lab.1"

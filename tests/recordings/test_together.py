@@ -65,9 +65,10 @@ def test_in_a_terminal(
     assert main(["compare", "x/lab", "y/lab"]) == 0
     printed = capsys.readouterr().out
     assert "\na (y) " in printed
-    assert printed.endswith("what else: rems compare x/lab y/lab a\n")
+    folders = f"{Path('x/lab')} {Path('y/lab')}"
+    assert printed.endswith(f"what else: rems compare {folders} a\n")
     assert (tmp_path / "x" / "lab" / "comparison.png").exists()
     assert main(["compare", "x/lab", "y/lab", "a"]) == 0
     assert capsys.readouterr().out.startswith("a - a (y)\n")
     assert main(["compare", "x/lab", "z/lab"]) == 2
-    assert "There is no folder z/lab" in capsys.readouterr().err
+    assert f"There is no folder {Path('z/lab')}" in capsys.readouterr().err

@@ -109,7 +109,7 @@ def test_the_table_has_units(tmp_path: Path) -> None:
     assert swept.table["way [m]"].shape == (2,)
     with pytest.raises(UnknownFieldError, match="there is no run 3 in"):
         swept[3]
-    with pytest.raises(ExperimentError, match=r"s is a sweep; name one .*s/001\."):
+    with pytest.raises(ExperimentError, match=r"s is a sweep; name one .*s[/\\]001\."):
         read(swept.folder)
 
 

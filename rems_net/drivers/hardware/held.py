@@ -19,8 +19,9 @@ from rems_net.system.interrupts import APART, without_ctrl_c
 
 #: command line of the process
 HOLDER = (sys.executable, "-m", "rems_net.drivers.hardware.holder")
-#: s. Longest time for the process to start, and for a port to open.
-START, OPENING = 5.0, 5.0
+#: s. Longest time for the process to start, and for a port to open. A virus scanner of
+#: Windows makes a first start slow.
+START, OPENING = 8.0, 5.0
 #: s. Between two checks whether a starting process still runs.
 LOOK = 0.1
 #: s. A process that has not ended after this is killed; normally it ends earlier.

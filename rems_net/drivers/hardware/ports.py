@@ -48,6 +48,9 @@ def refusal(device: str, error: Exception) -> str:
     said = str(error)
     if number == errno.ENOENT or "FileNotFoundError" in said:
         return f"there is no port {device}. {_emulated(device)}{there_are()}"
+    wrong = number in (errno.EISDIR, errno.ENOTTY) or f"({errno.ENOTTY}, " in said
+    if wrong or Path(device).is_dir():  # Windows denies the permission for a folder
+        return f"{device} is no serial port. {there_are()}"
     denied = number == errno.EACCES or "PermissionError" in said
     if denied and sys.platform != "win32":
         return f"you may not open {device}. {_permit(device)}"
@@ -57,8 +60,6 @@ def refusal(device: str, error: Exception) -> str:
             f"another program uses {device}: a serial monitor, a page in a browser, "
             f"another `rems`. Close it, and try again.{which}"
         )
-    if number in (errno.EISDIR, errno.ENOTTY) or f"({errno.ENOTTY}, " in said:
-        return f"{device} is no serial port. {there_are()}"
     return f"{device} can't be opened as a serial port: {said}. {there_are()}"
 
 

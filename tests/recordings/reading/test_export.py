@@ -134,7 +134,7 @@ def measured(path: Path, *what: str) -> tuple[float, float]:
     return most, seconds
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc/self/status")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has /proc/self/status")
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_constant_memory_and_a_time_that_follows_the_chunks(tmp_path: Path) -> None:
