@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from functools import cache, cached_property
+from math import sqrt, tau
 from pathlib import Path
 from random import Random
 from typing import Any, ClassVar
@@ -13,12 +14,15 @@ from rems_net.agents.runtime import RUNTIME, Runtime, runtime
 from rems_net.agents.tick import Tick
 from rems_net.defdict import DefDict, Field, Schema
 from rems_net.errors import SchemaError, nearest
+from rems_net.maths import cos, log, sin
 
 PHASES = ("input", "robot", "world", "process", "output")
 
 
 class Seeded(Random):
     """Random numbers that come from a seed alone."""
+
+    gauss_next: float | None
 
     def seed(self, a: Any = None, version: int = 2) -> None:
         """Begin again from the seed `a`. Raises SchemaError without one."""
@@ -29,6 +33,18 @@ class Seeded(Random):
                 "seed is set already, or write such as self.random.seed(1). (R0511)"
             )
         super().seed(a, version)
+
+    def gauss(self, mu: float = 0.0, sigma: float = 1.0) -> float:
+        """Return a number of a normal distribution, with equal bits on every system.
+
+        It is that of `random.Random`, whose logarithm and sine are the C library's.
+        """
+        deviate, self.gauss_next = self.gauss_next, None
+        if deviate is None:
+            angle = tau * self.random()
+            radius = sqrt(-2.0 * log(1.0 - self.random()))
+            deviate, self.gauss_next = cos(angle) * radius, sin(angle) * radius
+        return float(mu + deviate * sigma)
 
 
 class Agent:
