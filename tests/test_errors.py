@@ -160,6 +160,8 @@ def run(block: Block) -> list[int]:
     """Run an example; return the exit statuses of its commands."""
     if "emulated(" in block.text:
         pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+    if "import resource" in block.text:
+        pytest.importorskip("resource", reason="Windows has no limits of a process")
     if "ujoco" in block.text:
         pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     if block.language == "python":

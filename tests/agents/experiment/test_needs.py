@@ -73,6 +73,8 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_file_that_stays(folder: Path, name: str) -> None:
+    if name == "link.txt" and not (folder / name).is_symlink():
+        pytest.skip("Windows has no links for this user")
     with pytest.raises(ExperimentError) as caught:
         data_of(reads("", name), folder)
     assert REFUSED[name] in str(caught.value)
