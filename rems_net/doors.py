@@ -17,15 +17,6 @@ DOORS = (
     "rems_net.drivers",
     "rems_net.gym",
 )
-#: package of version 0.1 -> what replaces it
-_MOVED = {
-    "rems_net.worlds.scenes": "rems_net.scenes",
-    "rems_net.worlds": "rems_net.bodies",
-    "rems_net.drivers.models": "rems_net.bodies.files",
-    "rems_net.fabric": "rems_net.client",
-}
-#: name of version 0.1, with its module -> what replaces it
-_RENAMED = {"rems_net.agents.robot.join": "combine"}
 _ALL = f" All public names are in {', '.join(DOORS[:-1])} and {DOORS[-1]}."
 
 
@@ -85,13 +76,8 @@ def missing(error: BaseException) -> str:
         return ""
     if module.partition(".")[0] != "rems_net":
         return ""
-    return _no_name(module, name) if name else _no_module(module)
-
-
-def _no_module(module: str) -> str:
-    for old, new in _MOVED.items():
-        if f"{module}.".startswith(f"{old}."):
-            return f"{old} is now {new}."
+    if name:
+        return _no_name(module, name)
     return f"There is no module {module}.{nearest(module, DOORS) or _ALL}"
 
 
@@ -100,7 +86,6 @@ def _no_name(module: str, name: str) -> str:
 
     doors = {n: door for door in reversed(DOORS) for n in import_module(door).__all__}
     lacks = f"{module} has no {name!r}."
-    name = _RENAMED.get(f"{module}.{name}", name)
     if name in doors:
         return f"{lacks} Write: from {doors[name]} import {name}"
     known = [n for n in doors if doors[n] == module]

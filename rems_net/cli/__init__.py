@@ -24,7 +24,6 @@ from rems_net.cli.verbs import (
     MORE,
     NOUNS,
     OF_SCRIPTS,
-    OLD,
     OTHERS,
     RARE,
     VERBS,
@@ -230,8 +229,6 @@ class Parser(argparse.ArgumentParser):
 def _no_verb(prog: str, came: str) -> str:
     """Return the sentence about an unknown verb; prog: `rems`, or with a noun."""
     noun = prog.partition(" ")[2]
-    if not noun and came in OLD:
-        return f"`rems {came}` is now: rems {OLD[came]}."
     known = NOUNS[noun] if noun else {**VERBS, **NOUNS, **RARE}
     elsewhere = [c for c in COMMANDS if c.split()[-1] == came]
     hint = nearest(came, known)

@@ -1,4 +1,4 @@
-"""The verbs and the nouns of the command line, and the new names of old verbs."""
+"""The verbs and the nouns of the command line, and what other tools call them."""
 
 #: verb -> its effect; each is a module here with `EXAMPLES`, `add(parser)` and
 #: `run(args)`. A beginner's come first.
@@ -96,25 +96,6 @@ AWAY = {
     "router serve",
     *("agent start", "agent bring", "board emulate", "board calibrate"),
     *(f"clock {verb}" for verb in NOUNS["clock"]),
-}
-
-#: verb of version 0.1 -> what replaces it
-OLD = {
-    "parts": "show",
-    "check-robot": "check",
-    "matrix": "check robots",
-    "doctor": "why",
-    "agent": "agent start",
-    "bring": "agent bring",
-    "join": "router use",
-    "leave": "router forget",
-    "serve": "router serve",
-    "ports": "board ports",
-    "provision": "board provision",
-    "bridge": "board bridge",
-    "calibrate": "board calibrate",
-    "firmware": "board generate",
-    "emulate": "board emulate",
 }
 
 #: verb of other tools, such as ROS 2 -> what does it here

@@ -142,7 +142,8 @@ def test_an_endpoint_that_is_none(
         ),
         (
             ["serve"],
-            "`rems serve` is now: rems router serve. Type: rems --help",
+            f"rems has no verb 'serve'; it has {KNOWN}. Did you mean: rems router "
+            "serve? Type: rems --help",
         ),
     ],
     ids=[
@@ -157,7 +158,7 @@ def test_an_endpoint_that_is_none(
         "agent-robot",
         "ros",
         "noun",
-        "old",
+        "inner",
     ],
 )
 def test_an_unknown_word(

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from rems_net.cli import main
-from rems_net.cli.verbs import COMMANDS, NOUNS, OLD, VERBS
+from rems_net.cli.verbs import COMMANDS, NOUNS, VERBS
 from tests.commands import finished
 
 
@@ -33,17 +33,6 @@ def test_the_first_help_fits_a_screen(capsys: pytest.CaptureFixture[str]) -> Non
     for line in first.splitlines()[:-1]:
         assert line.split()[:1] == ["rems"]
         assert line.split()[1] in VERBS
-
-
-@pytest.mark.parametrize(("old", "new"), OLD.items())
-def test_an_old_verb_says_what_replaces_it(
-    capsys: pytest.CaptureFixture[str], old: str, new: str
-) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main([old] if old != "agent" else [old, "robot", "woodbot", "kinematic"])
-    assert stop.value.code == 2
-    assert f"rems {new}" in capsys.readouterr().err
-    assert new in COMMANDS or new.split()[0] in COMMANDS
 
 
 @pytest.mark.parametrize(

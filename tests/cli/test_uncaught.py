@@ -56,7 +56,6 @@ def test_what_is_pythons_own(folder: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ("from rems_net.worlds import Box", "rems_net.worlds is now rems_net.bodies."),
         (
             "from rems_net.unit import cm",
             "There is no module rems_net.unit. Did you mean 'rems_net.units'?",
@@ -69,11 +68,6 @@ def test_what_is_pythons_own(folder: Path, text: str) -> None:
             "from rems_net import Experimnt",
             "rems_net has no 'Experimnt'. Did you mean: from rems_net import "
             "Experiment?",
-        ),
-        (
-            "from rems_net.agents.robot import join",
-            "rems_net.agents.robot has no 'join'. Write: from rems_net.drivers import "
-            "combine",
         ),
         (
             "rems_net.zzz",

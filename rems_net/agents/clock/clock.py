@@ -53,7 +53,7 @@ class Clock:
         self.session, self.terms = session, terms
         self.run_id = new_run()
         #: makes the ticks; the clock's verbs are its verbs
-        self.pacing = Pacing(terms.dt, terms.pace, catch_up=terms.catch_up)
+        self.pacing = Pacing(terms.dt, terms.pace)
         self.members = members = Members(self.run_id, terms)
         self._progress = progress = Progress(members)
         self.broadcaster = Broadcaster(session, self.run_id)

@@ -24,12 +24,10 @@ class Pacing:
     """Makes the ticks of `dt` seconds, in time. Its verbs are those of the clock.
 
     factor: of real time; 0.0 is as fast as the slowest host.
-    catch_up: whether late ticks are followed by faster ones.
     """
 
-    def __init__(self, dt: float, factor: float, *, catch_up: bool = False):
+    def __init__(self, dt: float, factor: float):
         self.dt, self.factor = dt, factor
-        self._catch_up = catch_up
         self.paused = False
         self.ended = False
         #: the newest tick
@@ -76,7 +74,7 @@ class Pacing:
     def make(self, epoch: int) -> Tick:
         """Make the next tick, at which the roster `epoch` holds."""
         n = self.tick.n + 1
-        if self.factor and not self._catch_up:
+        if self.factor:
             self._stay_real()
         self.tick = Tick(n, time_of(n, self.dt), self.dt, self.factor, epoch)
         if self._steps:

@@ -52,8 +52,7 @@ class Experiment(Lineup):
     wait: how long a run waits for the agents that other machines bring, or a table:
         {"start": "5 min", "back": "30 s"}; back is how long a machine may be out of
         sight, asleep or cut off, before its agents count as dead.
-    catch_up: whether a run at a pace that was held hurries until it is in time again;
-        never with real robots. seed: of the random numbers of all agents.
+    seed: of the random numbers of all agents.
     native: whether agents use all features of this processor; then the last digits of
         recordings differ from those of other processors. record: whether a run that has
         no output of type mcap gets one, which writes run.mcap.
@@ -166,7 +165,6 @@ class Experiment(Lineup):
             wait=self.wait if machines else self.wait._replace(start=JOIN_TIME),
             restarts=restarts(every),
             drop=self.on_failure == "drop",
-            catch_up=self.catch_up,
         )
         # before the folder's lock, whose error would name another cause
         check_files(SESSION + PROCESS * len(here))

@@ -41,7 +41,6 @@ from rems_net.agents.protocol.plan import (
     usual_sources,
 )
 from rems_net.agents.protocol.terms import Wait
-from rems_net.agents.robot import Robot
 from rems_net.agents.verbs import CALLED
 from rems_net.arguments import taught
 from rems_net.defdict import Rule
@@ -64,7 +63,6 @@ class Lineup:
     folder: Path
     on_failure: str
     wait: Wait
-    catch_up: bool
     seed: int
     native: bool
     direct: bool
@@ -82,7 +80,6 @@ class Lineup:
         folder: Path | str = ".",
         on_failure: str = "stop",
         wait: float | str | Mapping[str, float | str] | None = None,
-        catch_up: bool = False,
         seed: int = 0,
         native: bool = False,
         direct: bool = False,
@@ -272,14 +269,6 @@ class Lineup:
                 sources = self.plans[robot].sources
                 sources |= {f"{CALLED}/{port}": port for port in ports}
         check_foreseen(links, agents)
-        driven = [
-            k for k, a in agents.items() if isinstance(a, Robot) and not a.lockstep
-        ]
-        if self.catch_up and driven:
-            raise ExperimentError(
-                f"catch_up would drive {driven[0]} in fast forward after a hold; leave "
-                "it out, or use simulated robots only. (R0433)"
-            )
         return agents
 
     def build(self, seed: int | None = None) -> dict[str, Agent]:

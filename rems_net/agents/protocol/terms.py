@@ -34,7 +34,6 @@ class Terms:
     restarts: how often a host that crashed may be started again
     drop: whether the run goes on without a member that fails
     open: the run never ends, waits for no host, and any host may come and go
-    catch_up: whether a late run at a pace hurries until it is in time again
     """
 
     dt: float
@@ -47,5 +46,4 @@ class Terms:
     wait: Wait = field(default=Wait(JOIN_TIME))
     restarts: Mapping[str, int] = field(default_factory=dict)
     drop: bool = False
-    catch_up: bool = False
     open: bool = False

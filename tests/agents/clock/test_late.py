@@ -108,15 +108,6 @@ def test_a_held_run_goes_on_in_real_time(tmp_path: Path) -> None:
     assert fastest(noted) < 3.0
 
 
-def test_a_run_may_ask_to_catch_up(tmp_path: Path) -> None:
-    noted: list[Noted] = []
-    told = Told(frozen_for("robot/cart", 1.6, noted))
-    assert lab(catch_up=True).run(tmp_path, show=told).ticks == 100
-    assert not told.of("late")
-    # 30 times real time on a machine that has nothing else to do.
-    assert fastest(noted) > 1.5
-
-
 def test_small_losses_are_told_together() -> None:
     told: list[Event] = []
     pacing = Pacing(0.01, 1.0)
@@ -130,18 +121,7 @@ def test_small_losses_are_told_together() -> None:
     assert re.fullmatch(r"1\.\d s late: real time goes on from here", said.text)
 
 
-def test_what_is_really_driven_never_catches_up() -> None:
-    made = lab(catch_up=True)
-    made.robot("real", "parts.py:Cart", "parts.py:FreeEuler", command="input/steady")
-    with pytest.raises(ExperimentError) as caught:
-        made.check()
-    assert str(caught.value) == (
-        "catch_up would drive robot/real in fast forward after a hold; leave it out, "
-        "or use simulated robots only."
-        " (R0433)"
-    )
-    with pytest.raises(ExperimentError, match="catch_up is 1; expected true or false"):
-        lab(catch_up=1)
+def test_how_long_to_wait_is_checked() -> None:
     with pytest.raises(ExperimentError, match="wait: back is -1; expected more than 0"):
         lab(wait={"back": -1})
     with pytest.raises(ExperimentError, match=r"wait has 'bakc'.*Did you mean 'back'"):

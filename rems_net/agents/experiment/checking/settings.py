@@ -274,10 +274,7 @@ _CHECKS: Mapping[str, Callable[[Any], object]] = {
     "on_failure": lambda value: check_choice(value, "on_failure", ("stop", "drop")),
     "wait": check_wait,
     "seed": check_seed,
-    **{
-        word: partial(check_flag, what=word)
-        for word in ("catch_up", "native", "direct", "record")
-    },
+    **{word: partial(check_flag, what=word) for word in ("native", "direct", "record")},
 }
 #: names of settings that are often tried, and what to write instead
 MEANT = {
