@@ -9,7 +9,7 @@ import sys
 import threading
 from _thread import interrupt_main
 
-#: s. What a program does at its end may take this long.
+#: s. The end of a program may take this long.
 ENDING = 4.5
 
 if sys.platform == "win32":
