@@ -10,6 +10,7 @@ from rems_net.agents.host.guard import Guard
 from rems_net.agents.host.leases import Leases
 from rems_net.agents.host.membership import Membership, Orphaned, Value
 from rems_net.agents.host.outlet import CROWD, Done, glob
+from rems_net.agents.protocol.badge import run_of
 from rems_net.agents.protocol.complaints import Complaints
 from rems_net.agents.protocol.messages import Admission, Beat, read_age, read_beat
 from rems_net.agents.protocol.roster import Roster
@@ -180,7 +181,13 @@ class Inbox:
             info("stop", read_said(mail.payload).on(self.session.fabric))
         elif key.endswith("/@event/called"):
             self.hear_call(mail)
-        elif not self.overheard or key in self.told or glob(key) not in self.overheard:
+        elif (
+            not self.overheard
+            or key in self.told
+            or glob(key) not in self.overheard
+            # This host may read what robots of another host obey.
+            or run_of(mail.stamp().badge) == membership.run
+        ):
             membership.hear_value(mail)
 
     def look(self) -> None:
@@ -233,7 +240,7 @@ class Inbox:
         If a value does not come, the host asks for it by its key: a lost message costs
         time, never a byte of the recording.
         """
-        since = 0.0
+        since = asked = 0.0
         while True:
             value = self.membership.value(key, n)
             if value is not None:
@@ -241,7 +248,10 @@ class Inbox:
             if not self.membership.writes_on(writer, n):
                 return None
             since = since or wall()
-            if self._in_vain(since):
+            # Not at each of up to AHEAD ticks that the clock repeats: all hosts answer,
+            # and several crowds would do nothing else.
+            if self._in_vain(since) and wall() - asked > RETRY_INTERVAL:
+                asked = wall()
                 self.session.ask_at_once(f"{key}?since={n}", self.box.put)
                 if self.membership.sizes[writer.badge] > CROWD:
                     together = f"{crowd_key(key)[0]}?since={n}"
