@@ -24,6 +24,8 @@ ROOT = Path(__file__).parents[1]
 
 #: what a user types in a terminal, at a question
 YES = "y\n"
+#: s that a command may take; Windows (and Wine, above all) starts processes slowly
+SECONDS = 110 if sys.platform == "win32" else 60
 
 Done = subprocess.CompletedProcess[str]
 Running = subprocess.Popen[str]
@@ -80,7 +82,7 @@ def finished(
     folder: Path | None = None,
     env: dict[str, str] | None = None,
     typed: str = "",
-    seconds: float = 60,
+    seconds: float = SECONDS,
 ) -> Done:
     """Run these words in a folder, to their end.
 

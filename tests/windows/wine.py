@@ -68,7 +68,8 @@ class Windows:
         kept = {k: v for k, v in os.environ.items() if not k.startswith(DROPPED)}
         return kept | {
             "COLUMNS": "80",
-            "PYTHONPATH": str(ROOT),
+            # with its drive, since a program may start in a folder of another one
+            "PYTHONPATH": f"Z:{ROOT}",
             "WINEPREFIX": str(self.folder / "prefix"),
             "WINEARCH": "win64",
             "WINEDEBUG": "-all",
