@@ -110,6 +110,7 @@ def holds(made: dict[str, Any]) -> None:
         assert all(one == found["engine"] for one in found.values()), made
 
 
+@pytest.mark.timeout(400)
 @given(experiments())
 @settings(max_examples=2, derandomize=True, phases=[Phase.generate])
 def test_an_engine_one_host_and_many_hosts_give_the_same_bytes(
