@@ -1,6 +1,7 @@
 """The project's own tests, by Windows' Python: a part of them, or all."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -12,10 +13,10 @@ pytestmark = pytest.mark.wine
 PART = (
     "tests/defdict",
     "tests/engine",
-    "tests/outputs",
+    "tests/outputs/test_csv.py",
     "tests/system",
-    "tests/agents/test_determinism.py",
-    "tests/agents/test_processes.py",
+    "tests/agents/test_jobs.py",
+    "tests/agents/test_random.py",
     "tests/cli/test_bad_input.py",
     "tests/cli/test_demo.py",
     "tests/client/test_live.py",
@@ -26,23 +27,24 @@ MINUTES, HOUR = 600, 3600
 
 
 @pytest.mark.timeout(MINUTES)
-def test_a_part(windows: Windows) -> None:
-    passed(windows, MINUTES, *PART)
+def test_a_part(windows: Windows, tmp_path: Path) -> None:
+    passed(windows, tmp_path, MINUTES, *PART)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(HOUR)
-def test_all(windows: Windows) -> None:
-    passed(windows, HOUR, "tests")
+def test_all(windows: Windows, tmp_path: Path) -> None:
+    passed(windows, tmp_path, HOUR, "tests")
 
 
-def passed(windows: Windows, seconds: float, *tests: str) -> None:
+def passed(windows: Windows, cache: Path, seconds: float, *tests: str) -> None:
     """Run these tests; those that failed beside others are run once more, alone."""
-    options = ["-m", "pytest", "-q", "-n", "3", "-p", "no:warnings"]
-    again = [*options[:2], "-q", "--last-failed", "--last-failed-no-failures", "none"]
-    process = windows.start(windows.exe, *options, *tests, cwd=ROOT, CI="true")
+    pytest = ["-m", "pytest", "-q", "--timeout", "400", "-o", f"cache_dir={cache}"]
+    words = [windows.exe, *pytest, "-n", "3", *tests]
+    again = ["--last-failed", "--last-failed-no-failures", "none"]
+    process = windows.start(*words, cwd=ROOT, CI="true")
     printed, _ = process.communicate(timeout=seconds)
     failed = len(re.findall(r"^(?:FAILED|ERROR) ", printed, re.MULTILINE))
     assert process.returncode == 0 or 0 < failed <= 8, printed[-6000:]
     if process.returncode:
-        windows.python(*again, *tests, cwd=ROOT, seconds=seconds)
+        windows.python(*pytest, *again, *tests, cwd=ROOT, seconds=seconds)
