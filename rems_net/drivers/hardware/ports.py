@@ -49,9 +49,10 @@ def refusal(device: str, error: Exception) -> str:
     if number == errno.ENOENT or "FileNotFoundError" in said:
         return f"there is no port {device}. {_emulated(device)}{there_are()}"
     wrong = number in (errno.EISDIR, errno.ENOTTY) or f"({errno.ENOTTY}, " in said
-    if wrong or Path(device).is_dir():  # Windows denies the permission for a folder
-        return f"{device} is no serial port. {there_are()}"
     denied = number == errno.EACCES or "PermissionError" in said
+    # Windows denies the permission for a folder.
+    if wrong or (denied and sys.platform == "win32" and Path(device).is_dir()):
+        return f"{device} is no serial port. {there_are()}"
     if denied and sys.platform != "win32":
         return f"you may not open {device}. {_permit(device)}"
     if denied or number in (errno.EBUSY, errno.EAGAIN) or "lock" in said:
