@@ -16,6 +16,7 @@ from tests.reliability.rig.rig import HERE, Rig, missing
 from tests.windows.wine import Windows
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.wine,
     pytest.mark.root,
     pytest.mark.timeout(900),

@@ -97,13 +97,13 @@ def test_a_recording_that_another_program_holds(
     (tmp_path / "keys.csv").write_text(keys, encoding="utf-8")
     text = LAB.format(name="lab", folder="")
     (tmp_path / "lab.toml").write_text(text, encoding="utf-8")
-    windows.rems("run", "lab.toml", cwd=tmp_path)
-    before = (tmp_path / "runs" / "lab" / "sim.csv").read_bytes()
+    windows.rems("run", "lab.toml", "--out", "here", cwd=tmp_path)
+    before = (tmp_path / "here" / "sim.csv").read_bytes()
     (tmp_path / "held.py").write_text(HELD, encoding="utf-8")
     printed = windows.python("held.py", cwd=tmp_path, fails=True)
     assert r"Close what has its files open" in printed
-    assert r"--out runs\lab.1" in printed
-    assert (tmp_path / "runs" / "lab" / "sim.csv").read_bytes() == before
+    assert "--out here.1" in printed
+    assert (tmp_path / "here" / "sim.csv").read_bytes() == before
 
 
 #: holds a recording for itself, and runs the experiment again
@@ -111,7 +111,6 @@ HELD = """\
 import _winapi, sys
 from rems_net.cli import main
 READ, ALONE, OPEN = 0x80000000, 0, 3
-name = r"runs\\lab\\sim.csv"
-held = _winapi.CreateFile(name, READ, ALONE, 0, OPEN, 0, 0)
-sys.exit(main(["run", "lab.toml"]))
+held = _winapi.CreateFile("here/sim.csv", READ, ALONE, 0, OPEN, 0, 0)
+sys.exit(main(["run", "lab.toml", "--out", "here"]))
 """

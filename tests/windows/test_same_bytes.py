@@ -18,7 +18,7 @@ from tests.commands import ROOT, environment as terminal
 from tests.windows.experiments import LABS
 from tests.windows.wine import Windows
 
-pytestmark = [pytest.mark.wine, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.wine, pytest.mark.slow, pytest.mark.timeout(600)]
 EXACT = [(lab, word) for lab in LABS if lab != "physics" for word in LABS[lab]]
 WAYS = ("one", "many")
 #: m, rad. MuJoCo's library for Windows rounds otherwise: so far apart after 2 s, even

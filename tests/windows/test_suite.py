@@ -11,14 +11,10 @@ pytestmark = pytest.mark.wine
 
 #: what differs between systems: files, processes, time, commands, ends of programs
 PART = (
-    "tests/defdict",
-    "tests/engine",
-    "tests/outputs/test_csv.py",
     "tests/system",
-    "tests/agents/test_jobs.py",
+    "tests/outputs/test_csv.py",
     "tests/agents/test_random.py",
     "tests/cli/test_bad_input.py",
-    "tests/cli/test_demo.py",
     "tests/client/test_live.py",
     "tests/recordings/test_killed.py",
 )
@@ -40,7 +36,7 @@ def test_all(windows: Windows, tmp_path: Path) -> None:
 def passed(windows: Windows, cache: Path, seconds: float, *tests: str) -> None:
     """Run these tests; those that failed beside others are run once more, alone."""
     pytest = ["-m", "pytest", "-q", "--timeout", "400", "-o", f"cache_dir={cache}"]
-    words = [windows.exe, *pytest, "-n", "3", *tests]
+    words: list[str | Path] = [windows.exe, *pytest, "-n", "3", *tests]
     again = ["--last-failed", "--last-failed-no-failures", "none"]
     process = windows.start(*words, cwd=ROOT, CI="true")
     printed, _ = process.communicate(timeout=seconds)
