@@ -89,6 +89,7 @@ class Lineup:
             if word != "self":
                 setattr(self, word, value)
         self.plans: dict[str, Plan] = {}
+        #: by key in small letters, the key of the first agent with it
         self._folded: dict[str, str] = {}
 
     if not TYPE_CHECKING:  # a type checker knows the settings
@@ -232,11 +233,11 @@ class Lineup:
     def _put(self, plan: Plan, words: Collection[str] = ()) -> None:
         check_name(plan.name, f"the name of this {plan.kind}")
         # Windows and macOS take a.csv and A.csv for one file
-        known = self._folded.setdefault(plan.key.casefold(), plan.key)
-        if known != plan.key or plan.key in self.plans:
-            both = plan.key if known == plan.key else f"{known} and {plan.key}"
+        first = self._folded.setdefault(plan.key.casefold(), plan.key)
+        if first != plan.key or plan.key in self.plans:
+            names = plan.key if first == plan.key else f"{first} and {plan.key}"
             raise ExperimentError(
-                f"there are two agents named {both}; give one another name. (R0417)"
+                f"there are two agents named {names}; give one another name. (R0417)"
             )
         # Before its settings: they may be wrong because of the class.
         check_class(plan, words)
