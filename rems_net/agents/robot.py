@@ -5,6 +5,7 @@ from functools import wraps
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rems_net.agents.about.standing import Standing
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import lacking
 from rems_net.agents.ports import In, Out, Settings, Slot, merge_slots
@@ -214,9 +215,13 @@ class Robot(Articulated, Agent):
             self.__dict__["command"] = changed(self.command, safe)
 
     @property
-    def stands(self) -> bool:
-        """Whether it stands still because of STOP."""
-        return runtime(self).stopped
+    def standing(self) -> Standing:
+        """Whether it stands still, as far as that is known, for STOP's receipt.
+
+        Any thread may read it.
+        """
+        safe = runtime(self).stopped or self.command == self.command.schema()
+        return Standing("simulated" if safe else "sent")
 
     def acting(self, dt: float) -> DefDict:
         """Return the command that acts in the next `dt` seconds. Call it once a step.

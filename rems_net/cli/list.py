@@ -2,14 +2,14 @@
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rems_net.agents.agent import PHASES
 from rems_net.cli.options import add_at, console, plain_table
 from rems_net.client import Fabric, join
 from rems_net.client.people import people
-from rems_net.client.stopping import stop_that_holds
+from rems_net.client.stopping import standings, stop_that_holds
 from rems_net.errors import FabricError, some
 from rems_net.router.find import fabrics, on_each, open_session
 from rems_net.router.gate.identity import identity
@@ -46,6 +46,8 @@ def run(args: argparse.Namespace) -> int:
         agents = _of_all(fabric) if args.all else sorted(fabric.agents(), key=_order)
         drivers = {} if args.all else fabric.drivers()
         stops = [] if args.json else _stops(fabric, all_there=args.all)
+        if not (args.all or args.json):
+            stops += _standing(fabric, holds=bool(stops))
         name = fabric.session.fabric
     for agent in agents:
         if driver := drivers.get(agent["agent"]):
@@ -91,6 +93,16 @@ def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
             foreign = known is not None and known.team and name == known.fabric
             lines.append(stop + (" by a teacher." if foreign else "."))
     return lines
+
+
+def _standing(fabric: Fabric, *, holds: bool) -> Iterator[str]:
+    """Yield a line for each robot that does not surely stand, and their number."""
+    found = standings(fabric.session, holds=holds)
+    if holds and found:
+        yield f"{sum(one.stands for one in found)} of {len(found)} robots stand."
+    for receipt in found:
+        if not receipt.stands:
+            yield f"{receipt}."
 
 
 def _show_people(args: argparse.Namespace) -> int:

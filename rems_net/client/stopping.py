@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
+from rems_net.agents.about.standing import SENT, Standing, read_standing
 from rems_net.agents.protocol.limits import HOLDER
 from rems_net.agents.protocol.shapes import text
 from rems_net.client.answers import NONSENSE, read_flag, read_rows, read_told
 from rems_net.client.client import Client, Gathered
 from rems_net.errors import DeniedError, FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
-from rems_net.router.asking import Asking, Refusal
+from rems_net.router.asking import Asking, Refusal, printable
 from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.stops import who_stopped
 from rems_net.router.gate.users import OWNER
@@ -42,25 +43,31 @@ PAUSE = 0.01
 class Receipt:
     """The answer of a robot to STOP. `tick` is -1 if the robot has not answered.
 
-    robot: `robot/sim`     stands: whether it obeys, and stands still
-    tick, time: since when it stands, or its newest tick [s of fabric time]
+    robot: `robot/sim`     standing: what is known of its standing still
+    tick, time: its newest tick, and that one's time [s of fabric time]
     machine: of a robot that has not answered; "" if unknown
     """
 
     robot: str
-    stands: bool = False
+    standing: Standing = SENT
     tick: int = -1
     time: float = 0.0
     machine: str = ""
 
+    @property
+    def stands(self) -> bool:
+        """Whether it surely stands."""
+        return self.standing.is_sure
+
     def __str__(self) -> str:
+        if self.tick < 0:
+            where = f" on {self.machine}" if self.machine else ""
+            return f"{self.robot}{where} has not answered: it may drive on"
+        if self.standing.kind == "lost":
+            return f"{self.robot} {self.standing}"
+        verb = "stands" * self.stands or "may move"
         when = f"tick {self.tick} ({self.time:.2f} s)"
-        if self.stands:
-            return f"{self.robot} stands since {when}"
-        if self.tick >= 0:
-            return f"{self.robot} does not stand yet at {when}"
-        where = f" on {self.machine}" if self.machine else ""
-        return f"{self.robot}{where} has not answered"
+        return f"{self.robot} {verb} at {when}: {self.standing}"
 
 
 def stop_each(session: Session, fabrics: list[str]) -> None:
@@ -172,14 +179,32 @@ def _ask(client: Client, missing: set[str], until: float) -> dict[str, Receipt]:
 
 def _read_receipt(mail: Mail) -> Receipt:
     plain: Any = read(mail.payload)
-    tick, when = plain["tick"], plain["time"]
-    stopped, stands = plain["stopped"], plain["stands"]
-    if type(tick) is not int or tick < 0 or type(stands) is not bool:
+    tick, when, stopped = plain["tick"], plain["time"], plain["stopped"]
+    if type(tick) is not int or tick < 0 or type(stopped) is not bool:
         raise WireError("it is no receipt (R0621)")
     if type(when) not in (int, float) or not math.isfinite(when):
         raise WireError("it is no receipt (R0621)")
-    robot = agent_of(mail.key)
-    return Receipt(robot, stands and stopped is True, tick, float(when))
+    standing = read_standing(plain)
+    if not stopped and standing.is_sure:
+        standing = SENT  # STOP has not come there yet
+    return Receipt(printable(agent_of(mail.key)), standing, tick, float(when))
+
+
+def standings(
+    session: Session, robot: str = "*", *, holds: bool = True, timeout: float = SOON
+) -> list[Receipt]:
+    """Return what is known of the robots, by name: which of them stand after STOP.
+
+    holds: whether STOP holds. If not, only robots that are out of reach are returned.
+    """
+    key = session.key("robot", robot, "@stopped") + "?lost" * (not holds)
+    found: dict[str, Receipt] = {}
+    for mail in session.ask(key, timeout=timeout):
+        with suppress(*NONSENSE):
+            receipt = _read_receipt(mail)
+            if holds or receipt.standing.kind == "lost":
+                found.setdefault(receipt.robot, receipt)
+    return [found[name] for name in sorted(found)]
 
 
 def stop_that_holds(session: Session) -> str:
@@ -190,7 +215,7 @@ def stop_that_holds(session: Session) -> str:
     for mail in session.ask(tick, timeout=SOON, first=True):
         with suppress(*NONSENSE):
             if int(read_told(mail)["stops"]) % 2:
-                until = "robots stand until `rems stop --release`"
+                until = "robots must stand until `rems stop --release`"
                 return f"STOP holds on {session.fabric!r}: {until}"
     return ""
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from rems_net.client.answers import NONSENSE
 from rems_net.client.client import NOBODY, Client
+from rems_net.client.stopping import standings
 from rems_net.defdict import Schema
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router.asking import printable
@@ -60,7 +61,11 @@ def _of_time(client: Client, agent: str, rows: list[dict[str, Any]]) -> Iterator
     elif age > LONG and clock["waits_for"]:
         yield f"Tick {n} has been held for {age:.1f} s by {clock['waits_for']}."
     if clock["stopped"]:
-        yield "STOP holds: robots stand still until `rems stop --release`."
+        yield "STOP holds, until `rems stop --release`."
+    if agent.startswith("robot/"):
+        robot = agent.partition("/")[2]
+        for receipt in standings(client.session, robot, holds=clock["stopped"]):
+            yield f"{receipt}."
     for row in rows:
         if row["agent"] == agent and row["seen"] > LONG and not clock["paused"]:
             where = client.session.ask(client.session.key(agent, "@where"), first=True)

@@ -17,17 +17,16 @@ from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE, read_rows, read_schemas, read_told
 from rems_net.client.client import Gathered
 from rems_net.client.doctor import examine_joined
-from rems_net.client.stopping import stop_each, stop_that_holds
+from rems_net.client.stopping import standings, stop_each, stop_that_holds
 from rems_net.client.watcher import Watcher
 from rems_net.dashboard.feed import Channel
 from rems_net.dashboard.protocol import described
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
-from rems_net.router.asking import printable
 from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
-from rems_net.router.message import machine, read
+from rems_net.router.message import machine
 from rems_net.router.session import Session
 
 T = TypeVar("T")
@@ -132,7 +131,7 @@ class Requests:
         return found | {
             "router": session.connected,
             "here": machine(),
-            "robots": self._standing() if found["stopped"] else {},
+            "robots": self._standing(found["stopped"]),
             "drivers": self.fabric.drivers(),
         }
 
@@ -144,16 +143,10 @@ class Requests:
             self._due = now + EACH * len(self._rows)
         return self._rows
 
-    def _standing(self) -> dict[str, bool]:
-        """Return which robots stand, by what they report themselves."""
-        session = self.fabric.session
-        found = {}
-        for mail in session.ask(session.key("robot", "*", "@stopped"), timeout=SHORT):
-            with suppress(*NONSENSE):
-                plain: Any = read(mail.payload)
-                robot = printable(agent_of(mail.key))
-                found[robot] = plain["stands"] is True and plain["stopped"] is True
-        return found
+    def _standing(self, holds: bool) -> dict[str, str]:
+        """Return what is not well with robots that have to stand; "" for the others."""
+        found = standings(self.fabric.session, holds=holds, timeout=SHORT)
+        return {one.robot: "" if one.stands else str(one) for one in found}
 
     def schema(self, channel: Channel, payload: bytes) -> list[dict[str, Any]] | None:
         """Return the fields of a channel's values; None if no agent describes them."""

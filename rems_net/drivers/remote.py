@@ -9,7 +9,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from secrets import randbelow
 
+from rems_net.agents.about.standing import SENT, Standing, read_standing
 from rems_net.agents.ports import Settings
+from rems_net.agents.runtime import runtime
 from rems_net.agents.verbs import request
 from rems_net.defdict import Converter, DefDict, Schema, text
 from rems_net.drivers.hardware.device_thread import Readings
@@ -43,6 +45,8 @@ FAREWELL = 0.3
 HOLDER = 100
 #: exchanges between two claims of the lease: four claims in the time that it lasts
 CLAIM = 12
+#: exchanges between two questions whether it stands, while STOP holds here
+ASK = 4
 #: STOP is published repeatedly: it is reported once in this many exchanges; and s: its
 #: source is reported only if STOP is newer than this.
 STOPS, JUST = 100, 2.0
@@ -73,6 +77,8 @@ class Remote(Driven):
     _is_told = False
     #: whether the robot has published its safe command since its last other command
     _echo_is_safe = True
+    #: what the robot's own host knows of its standing still
+    _theirs = SENT
     _put: Callable[..., None]
     _command: Converter
     _outs: dict[str, Converter]
@@ -95,10 +101,22 @@ class Remote(Driven):
             self.perform(self._reset_there, ANSWER_TIMEOUT)
         super().rewind()
 
+    def is_still(self) -> bool:
+        """Return whether the robot obeys its safe command; ask what it is sure of."""
+        session = self._session
+        asks = self._echo_is_safe and runtime(self).held and self._count % ASK == 0
+        if asks and session is not None:
+            session.ask_at_once(f"{self._key}/@stopped", self._hear_standing)
+        return self._echo_is_safe
+
     @property
-    def stands(self) -> bool:
-        """Whether STOP holds here, and the robot obeys its safe command since."""
-        return super().stands and (self._session is None or self._echo_is_safe)
+    def standing(self) -> Standing:
+        here = super().standing
+        return self._theirs if here.kind == "confirmed" else here
+
+    @property
+    def stops_alone(self) -> float | None:
+        return self.max_age  # its own host stops it then
 
     # -- run in the device thread ------------------------------------------------
 
@@ -227,7 +245,7 @@ class Remote(Driven):
         if self._stamp is not None:
             told = self._command(command)
             if told != self._safe:
-                self._echo_is_safe = False
+                self._echo_is_safe, self._theirs = False, SENT
             stamp = pack_stamp(self._stamp.n, self._stamp.t, self._badge)
             self._put(told.encode(), attachment=stamp)
         try:
@@ -274,6 +292,11 @@ class Remote(Driven):
             said = read_said(mail.payload)
             if said.ago < JUST:
                 self.note(f"stands: {said.on(self._key.partition('/')[0])}")
+
+    def _hear_standing(self, mail: Mail) -> None:
+        with suppress(RemsError):
+            theirs = read_standing(read(mail.payload))
+            self._theirs = theirs if self._echo_is_safe else SENT
 
     def _hear(self, mail: Mail) -> None:
         """Keep the newest value of a port."""

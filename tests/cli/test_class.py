@@ -226,7 +226,7 @@ def test_the_teacher_stops_every_team_first_and_asks_then(
         while heard.get(0.0) is not None:
             pass
         done = teacher("stop", "--fabric", "team3-2")
-        assert done.stdout.startswith("robot/x has not answered\n")
+        assert done.stdout.startswith("robot/x has not answered: it may drive on\n")
         mail = heard.get(2.0)
         assert isinstance(mail, Mail)
         assert mail.key == "team3-2/stop"

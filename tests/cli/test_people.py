@@ -217,7 +217,7 @@ def test_everybody_is_told_who_has_said_stop(
     with alone.opened(remote("rems/robot/wood")) as robot:
         alone.keep(robot, AHEAD, lambda: robot.state.x > 0.02)
         assert anna("stop", "--fabric", "rems").returncode == 0
-        stop = rf"^STOP on 'rems' at \d\d:\d\d:\d\d, {BY_ANNA}: robots stand until"
+        stop = rf"^STOP on 'rems' at \d\d:\d\d:\d\d, {BY_ANNA}: robots must stand until"
         school.serve.shows(stop)
         school.agent.shows(stop)
         notes: list[str] = []
@@ -262,7 +262,7 @@ def test_a_router_that_knows_no_names_says_that_stop_holds(
         ticking()
         assert rems("stop").returncode == 0
         assert rems("list").stdout.endswith(
-            "STOP holds on 'rems': robots stand until `rems stop --release`.\n"
+            "STOP holds on 'rems': robots must stand until `rems stop --release`.\n"
         )
         assert rems("stop", "--release").returncode == 0
         assert "STOP" not in rems("list").stdout

@@ -192,8 +192,8 @@ def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
                 "rems: 'stpo' is unknown; expected s or r\n",
                 "warning: robot/b has not answered within 0.25 s\n",
                 "On rems:\n",
-                "  robot/a stands since tick 412 (8.24 s)\n",
-                "  robot/b has not answered\n",
+                "  robot/a stands at tick 412 (8.24 s): confirmed\n",
+                "  robot/b has not answered: it may drive on\n",
                 "Let them go on with: r (and Enter), or rems stop --release --all\n",
             ]
             assert isinstance(box.get(20.0), Mail)

@@ -101,8 +101,8 @@ def test_stop_means_all_unless_told_which(rems: Run, runs: tuple[One, One]) -> N
     assert (done.returncode, done.stderr) == (0, "")
     a, one, b, two, on = done.stdout.splitlines(keepends=True)
     assert (a, b, on) == (f"At {new.endpoint}:\n", f"At {old.endpoint}:\n", ON)
-    assert one.startswith("robot/bot2 stands since tick ")
-    assert two.startswith("robot/bot1 stands since tick ")
+    assert one.startswith("robot/bot2 stands at tick ")
+    assert two.startswith("robot/bot1 stands at tick ")
     assert (stops(new), stops(old)) == (before[0] + 1, before[1] + 1)
     done = rems("stop", "--release")
     assert (done.returncode, done.stdout, done.stderr) == (
@@ -114,7 +114,7 @@ def test_stop_means_all_unless_told_which(rems: Run, runs: tuple[One, One]) -> N
     done = rems("stop", "--at", old.port)
     assert (done.returncode, done.stderr) == (0, "")
     one, on = done.stdout.splitlines(keepends=True)
-    assert one.startswith("robot/bot1 stands since tick ")
+    assert one.startswith("robot/bot1 stands at tick ")
     assert (stops(new), stops(old)) == (before[0] + 2, before[1] + 3)
 
 
@@ -131,7 +131,7 @@ def test_a_frozen_run_keeps_nobody_from_the_others(
     assert done.returncode == 1
     where, one, on = done.stdout.splitlines(keepends=True)
     assert (where, on) == (f"At {old.endpoint}:\n", ON)
-    assert one.startswith("robot/bot1 stands since tick ")
+    assert one.startswith("robot/bot1 stands at tick ")
     assert done.stderr.startswith(f"rems: Something listens at {new.endpoint}, where ")
     assert stops(old) == before + 1
 

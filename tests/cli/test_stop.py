@@ -41,8 +41,8 @@ def told(rems: Run) -> tuple[int, str, str]:
 def test_all_stand(robots: Robots, program: Run) -> None:
     robots("a=stands", "b=brakes")
     said = (
-        "robot/a stands since tick 412 (8.24 s)\n"
-        f"robot/b stands since tick 412 (8.24 s)\n{FREE}"
+        "robot/a stands at tick 412 (8.24 s): confirmed\n"
+        f"robot/b stands at tick 412 (8.24 s): confirmed\n{FREE}"
     )
     until(lambda: told(program) == (0, said, ""))
 
@@ -50,8 +50,9 @@ def test_all_stand(robots: Robots, program: Run) -> None:
 def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=mute", "c=moves")
     said = (
-        "robot/a stands since tick 412 (8.24 s)\nrobot/b has not answered\n"
-        f"robot/c does not stand yet at tick 412 (8.24 s)\n{FREE}"
+        "robot/a stands at tick 412 (8.24 s): confirmed\n"
+        "robot/b has not answered: it may drive on\n"
+        f"robot/c may move at tick 412 (8.24 s): STOP is sent, not confirmed\n{FREE}"
     )
     late = "rems: robot/b has not answered within 0.25 s\n"
     until(lambda: told(rems) == (1, said, late))
@@ -104,7 +105,7 @@ def said_again(stop: Running, endpoint: str, back: Callable[[], object]) -> None
     back()
     out, _ = stop.communicate(timeout=60)
     assert stop.returncode == 0
-    assert "robot/a stands since tick 412 (8.24 s)\n" in out
+    assert "robot/a stands at tick 412 (8.24 s): confirmed\n" in out
     assert "A robot that comes back later stands still, too.\n" in out
 
 

@@ -114,7 +114,7 @@ def test_paused_and_stopped(fabric: Fabric, rems: Run) -> None:
     assert re.fullmatch(
         r"The clock is paused after tick \d+\. Type: rems clock resume", first
     )
-    assert second == "STOP holds: robots stand still until `rems stop --release`."
+    assert second == "STOP holds, until `rems stop --release`."
     rems("stop", "--release")
     rems("clock", "resume")
 

@@ -38,11 +38,12 @@ class Robot:
             self.kept.append(query)
             return
         long_enough = time.monotonic() - self.heard > 0.3 * (self.way == "brakes")
+        stands = bool(self.heard) and long_enough and self.way != "moves"
         said = {
             "stopped": bool(self.heard),
             "tick": 412,
             "time": 8.24,
-            "stands": bool(self.heard) and long_enough and self.way != "moves",
+            "standing": "confirmed" if stands else "sent",
         }
         query.reply(self.key, msgpack.packb(said))
         query.drop()

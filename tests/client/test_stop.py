@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from rems_net.agents.about.standing import Standing
 from rems_net.client import Fabric, Receipt, join
 from rems_net.events import listening
 from rems_net.router.mail import Mail, Mailbox
@@ -50,10 +51,10 @@ def test_every_robot_says_that_it_stands(robots: Robots, told: list[str]) -> Non
     receipts = fabric.stop()
     assert calm() - begun < 0.25
     assert receipts == [
-        Receipt("robot/a", True, 412, 8.24),
-        Receipt("robot/b", True, 412, 8.24),
+        Receipt("robot/a", Standing("confirmed"), 412, 8.24),
+        Receipt("robot/b", Standing("confirmed"), 412, 8.24),
     ]
-    assert str(receipts[0]) == "robot/a stands since tick 412 (8.24 s)"
+    assert str(receipts[0]) == "robot/a stands at tick 412 (8.24 s): confirmed"
     assert told == []
 
 
@@ -85,8 +86,10 @@ def test_who_does_not_answer_is_named_and_who_moves_is_told(
     assert time.monotonic() >= least
     assert calm() - begun < 1.5
     assert (a.stands, b.stands, c.stands) == (True, False, False)
-    assert str(b) == "robot/b has not answered"
-    assert str(c) == "robot/c does not stand yet at tick 412 (8.24 s)"
+    assert str(b) == "robot/b has not answered: it may drive on"
+    assert (
+        str(c) == "robot/c may move at tick 412 (8.24 s): STOP is sent, not confirmed"
+    )
     assert told == ["robot/b has not answered within 0.25 s"]
 
 

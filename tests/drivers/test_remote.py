@@ -115,7 +115,7 @@ def test_driven_by_one_and_stopped_by_either(there: str) -> None:
             alone.keep(robot, AHEAD, lambda: robot.state.x > still.x + 0.05)
             # ...and here.
             runtime(robot).stopped = True
-            alone.keep(robot, AHEAD, lambda: robot.stands)
+            alone.keep(robot, AHEAD, lambda: robot.standing.is_sure)
             still = bot.state.get()
             alone.keep_for(robot, AHEAD, 0.3)
             assert bot.state.get() == still

@@ -109,7 +109,7 @@ class Clock:
                 "stop",
                 said.on(session.fabric)
                 if said is not None
-                else "STOP holds on this router: every robot stands still until "
+                else "STOP holds on this router: every robot must stand until "
                 "`rems stop --release`",
             )
 

@@ -8,6 +8,7 @@ from hashlib import blake2b
 from typing import Any
 
 from rems_net.agents.about.scenery import scene_of
+from rems_net.agents.about.standing import Standing
 from rems_net.agents.agent import Agent
 from rems_net.agents.diagnosis import where
 from rems_net.agents.host.inbox import Inbox
@@ -311,19 +312,23 @@ def tell_stopped(
     key: Callable[..., str],
     question: Question,
 ) -> None:
-    """Answer, for each robot, whether it stands still because of STOP.
+    """Answer, for each robot, whether STOP has come, and whether the robot stands.
 
-    A simulated robot stands still while there is no tick. Runs in Zenoh's thread.
+    With `?lost`, only robots whose devices are out of reach answer. A simulated robot
+    stands still while there is no tick. Runs in Zenoh's thread.
     """
     idle = inbox.idle > IDLE
     for agent in list(agents.values()):
         full = key(agent.key, "@stopped")
         if isinstance(agent, Robot) and question.covers(full):
-            stands = agent.stands or (agent.lockstep and idle)
+            waits = agent.lockstep and idle
+            standing = Standing("simulated") if waits else agent.standing
+            if "lost" in question.parameters and standing.kind != "lost":
+                continue
             said = {
                 "stopped": guard.stopped,
-                "stands": guard.stopped and stands,
                 "tick": runtime(agent).tick.n,
                 "time": runtime(agent).tick.t,
+                **standing.wire(),
             }
             question.answer(full, pack(said))

@@ -81,13 +81,13 @@ export class Bar {
     else if (status.clock.held) lights.push(["bad", `held by ${status.clock.held}`]);
     else if (status.clock.paused) lights.push(["warn", "paused"]);
     else lights.push(["good", "live"]);
+    const robots = Object.entries(/** @type {Record<string, string>} */ (status.robots ?? {}));
+    const unsure = robots.map(([, why]) => why).filter(Boolean);
     if (this.asked || status.stopped) {
-      const robots = Object.entries(status.robots ?? {});
-      const moving = robots.filter(([, stands]) => !stands).map(([name]) => name);
-      const text = !status.stopped ? "STOP is sent" : moving.length
-        ? `not standing: ${some(moving)}` : `STOP holds: ${robots.length} of ${robots.length} robots stand`;
-      lights.push([moving.length || !status.stopped ? "bad" : "warn", text]);
+      const stand = `STOP holds: ${robots.length - unsure.length} of ${robots.length} robots stand`;
+      lights.push([unsure.length || !status.stopped ? "bad" : "warn", status.stopped ? stand : "STOP is sent"]);
     }
+    if (unsure.length) lights.push(["bad", some(unsure)]);
     const agents = /** @type {string[][]} */ (status.agents ?? []);
     if (status.late?.length && !status.clock?.paused) lights.push(["bad", `late: ${some(status.late)}`]);
     const here = status.here ?? "";

@@ -4,9 +4,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
+from math import inf
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from rems_net.agents.about.standing import Standing, alone
 from rems_net.agents.diagnosis import describe, where
 from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 BACK_OFF = (0.1, 0.5)
 #: s. After a connection of this length, the wait is the shortest one again.
 HELD = 2.0
+#: s. A robot that is stopped by its own watchdog stands after this time.
+SLOWS = 0.1
 #: attempts to have the device confirm the last, safe command
 TRIES = 3
 
@@ -66,6 +70,8 @@ class DeviceThread(Thread):
         self.reading: Reading | None = None
         #: the error that ended the thread: a driver's fault, or no device at the start
         self.failure: BaseException | None = None
+        #: at the end, why the robot may not stand; "" if its device has confirmed it
+        self.unsure = ""
         self.connected = False
         self.cycles = self.rejected = self.reconnects = 0
         self._outs = {
@@ -81,7 +87,13 @@ class DeviceThread(Thread):
         ]
         self._asked: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._answered = 0.0
+        #: wall s at which the last exchange ended; inf while one is under way
+        self._spoke = 0.0
+        #: whether the device has confirmed that it stands, since its last other command
+        self._stands = False
         self._lost_at: float | None = None
+        #: why it is lost, as it was noted
+        self._why = ""
         self._back_off = BACK_OFF[0]
 
     # -- called by the stepping thread -------------------------------------------
@@ -100,6 +112,22 @@ class DeviceThread(Thread):
             return ""
         stood = where(self)
         return f"{call.name} hangs for {lasts:.1f} s" + (f" ({stood})" if stood else "")
+
+    def standing(self) -> Standing:
+        """Return what is known of the device's standing still."""
+        now = wall()
+        if not self.ready.is_set():
+            return Standing()
+        silent = now - (self._lost_at or self._answered)
+        if self._lost_at is not None or silent > self.device.max_age:
+            left = self.device.stops_alone
+            if left is not None:
+                left = max(0.0, left + SLOWS + min(0.0, self._spoke - now))
+            return Standing("lost", silent, left)
+        held = runtime(self.device).held
+        # Of a STOP in this moment, the device thread may not know yet.
+        known = not held or self.watchdog.why == "stopped"
+        return Standing("confirmed" if self._stands and known else "sent")
 
     # -- the thread's loop -------------------------------------------------------
 
@@ -137,10 +165,13 @@ class DeviceThread(Thread):
         if self.watchdog.expired == 1 > expired:
             limit = f"it lives for {self.device.max_age:g} s"
             self.note(f"stops by itself: {self.watchdog.why}, and {limit}")
+        safe = command == self.watchdog.safe
+        self._stands &= safe
         begun = wall()
         self.cycles += 1
         try:
             self._take(self._exchange(command))
+            self._stands = safe and self.device.is_still()
         except (WireError, FieldValueError, TimeoutError) as error:
             self._reject(error)
         else:
@@ -152,7 +183,11 @@ class DeviceThread(Thread):
             raise OSError(f"an exchange took {lasted:.1f} s")
 
     def _exchange(self, command: DefDict) -> Readings | None:
-        return self._do("exchange()", lambda: self.device.exchange(command))
+        self._spoke = inf
+        try:
+            return self._do("exchange()", lambda: self.device.exchange(command))
+        finally:
+            self._spoke = wall()
 
     def _take(self, readings: Readings | None) -> None:
         """Keep the readings. Raises a RemsError that names what does not fit."""
@@ -178,13 +213,14 @@ class DeviceThread(Thread):
             self.ready.set()
         if self._lost_at is not None:
             lasted = wall() - self._lost_at
-            self._lost_at = None
+            self._lost_at, self._why = None, ""
             self.reconnects += 1
             self.note(f"is back after {lasted:.1f} s: it obeys its commands now")
 
     def _reject(self, error: Exception) -> None:
         """Count a wrong or missing reply. Raises OSError after a long silence."""
         self.rejected += 1
+        self._stands = False
         if self.rejected == 1:
             self.note(f"passes over a reply, and counts such: {error}")
         silent = wall() - self._answered
@@ -212,14 +248,22 @@ class DeviceThread(Thread):
         """Give the line back, and wait before the next attempt to connect."""
         first = not self.ready.is_set()
         if self._lost_at is None and not first:
-            self._lost_at = wall()
-            why = self.device.explain(error) or error
-            self.note(f"has lost its device ({why}); it tries to reach it again")
+            self._lost_at = self._answered
+        if self._lost_at is not None:
+            self._explain(error)
         self._disconnect()
         if first:
             raise error
         self.ending.wait(self._back_off)
         self._back_off = min(2 * self._back_off, BACK_OFF[1])
+
+    def _explain(self, error: OSError) -> None:
+        """Note why the device is lost: at first, and when the reason changes."""
+        why = str(self.device.explain(error) or error)
+        if why != self._why:
+            lost = f"has lost its device ({why}); it tries to reach it again"
+            self.note(f"is still without its device: {why}" if self._why else lost)
+            self._why = why
 
     def _disconnect(self) -> None:
         self.connected = False
@@ -237,7 +281,7 @@ class DeviceThread(Thread):
         if self.connected:
             self._stand()
         elif self._lost_at is not None:
-            self.note("is out of reach: that it stands is up to its own watchdog")
+            self.unsure = str(self.standing())
         try:
             self._disconnect()
         except Exception as error:
@@ -255,7 +299,8 @@ class DeviceThread(Thread):
             else:
                 return
             Event().wait(self.periodic.period)
-        self.note(f"did not confirm its last, safe command: {why}")
+        left = alone(self.device.stops_alone)
+        self.unsure = f"did not confirm its last, safe command ({why}): {left}"
 
     def _do(self, name: str, call: Callable[[], Result]) -> Result:
         self.call = Call(name, wall())

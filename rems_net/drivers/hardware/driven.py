@@ -6,6 +6,7 @@ from math import inf
 from threading import current_thread
 from typing import Any, ClassVar, TypeVar
 
+from rems_net.agents.about.standing import Standing, alone
 from rems_net.agents.diagnosis import describe
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver, driver_of
@@ -87,6 +88,22 @@ class Driven(Driver):
     def disconnect(self) -> None:
         """Give back what `connect` acquired: all of it, some, or nothing yet."""
 
+    def is_still(self) -> bool:
+        """Return whether the device's newest reply reports that it stands.
+
+        Called after each exchange that has sent the safe command. Without this method,
+        no STOP of this robot is ever reported as confirmed.
+        """
+        return False
+
+    @property
+    def stops_alone(self) -> float | None:
+        """Seconds without a message after which the device stops by itself.
+
+        None: it has no watchdog, and drives on.
+        """
+        return None
+
     def explain(self, error: OSError) -> str:
         """Return what an OSError means for a user beside the robot; or ""."""
         return ""
@@ -115,10 +132,9 @@ class Driven(Driver):
             self._device.note(sentence)
 
     @property
-    def stands(self) -> bool:
-        """Whether STOP holds and the device thread obeys the safe command since."""
+    def standing(self) -> Standing:
         device = self._device
-        return runtime(self).held and (device is None or device.watchdog.why != "")
+        return Standing() if device is None else device.standing()
 
     @property
     def reading_age(self) -> float:
@@ -242,17 +258,18 @@ class Driven(Driver):
         self._device = None
         device.ending.set()
         device.join(CLOSE)
-        late = device.is_alive()
-        hangs = device.hangs(0.0) or "its device does not answer"
+        unsure = device.unsure and f"it {device.unsure}"
+        if device.is_alive():
+            hangs = device.hangs(0.0) or "its device does not answer"
+            unsure = f"{hangs}: {alone(self.stops_alone)}"
+        elif unsure and self.stops_alone is not None:
+            device.note(device.unsure)
+            unsure = ""
         self._report(device)
         if device.cycles:
             print(f"{self.key}: {_summary(device)}", flush=True)
-        if late:
-            raise AgentError(
-                self.key,
-                f"{hangs}: the robot may not have stopped. If it moves, switch it "
-                "off. (R0311)",
-            )
+        if unsure:
+            raise AgentError(self.key, f"{unsure}. (R0311)")
         if device.failure is not None:
             raise device.failure
 

@@ -164,6 +164,9 @@ class OriginalFirmware(Driven):
             pass
         return {"state": self._path}
 
+    def is_still(self) -> bool:
+        return True  # it has repeated the number behind its command
+
     def explain(self, error: OSError) -> str:
         """Explain an error of the system as the end of the connection."""
         why = error.errno and f"the connection ended: {error.strerror}"

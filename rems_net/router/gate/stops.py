@@ -28,7 +28,7 @@ class Stop(NamedTuple):
     def on(self, fabric: str) -> str:
         """Return the sentence for the laptops of this fabric."""
         return (
-            f"STOP on {fabric!r} at {self.at}, by {self.by}: robots stand until "
+            f"STOP on {fabric!r} at {self.at}, by {self.by}: robots must stand until "
             "`rems stop --release`"
         )
 

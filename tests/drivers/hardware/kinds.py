@@ -52,6 +52,8 @@ class Kind:
     history: Callable[[Any], list[tuple[int, int]]] = lambda emulator: []
     counted: Callable[[Any], int] = lambda robot: robot.figures()["rejected"]
     guarded: bool = False
+    #: whether its wheels turn, where they may also stop by themselves
+    turns: Callable[[Any], bool] | None = None
     at_port: bool = True
 
     def line(self, folder: Path) -> Terminal | WebSocketPort:
@@ -62,6 +64,11 @@ class Kind:
             return WebSocketPort()
         pytest.importorskip("pty", reason="there are no pseudo-terminals here")
         return Terminal(folder / "port")
+
+    def moves(self, emulator: Any) -> bool:
+        """Return whether the emulated robot moves."""
+        obeys = self.obeys(emulator) != self.stands
+        return obeys if self.turns is None else self.turns(emulator)
 
     @contextmanager
     def opened(self, folder: Path, **patience: float) -> Iterator[tuple[Any, Any]]:
@@ -125,6 +132,7 @@ KINDS = {
         lambda emulator: [servo.told for servo in _servos(emulator)],
         counted=lambda robot: robot.status.damaged,
         guarded=True,
+        turns=lambda emulator: any(servo.speed for servo in _servos(emulator)),
     ),
     "woodbot": Kind(
         combine(Woodbot, OriginalFirmware),

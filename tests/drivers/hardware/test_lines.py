@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from rems_net.agents.about.standing import SENT
+from rems_net.agents.runtime import runtime
+from rems_net.errors import AgentError
 from tests.agents.runs import until
 from tests.drivers.alone import keep
 from tests.drivers.hardware.kinds import KINDS, STAND, Kind, agrees, true, turned
@@ -131,9 +134,18 @@ def test_closed_while_it_is_unplugged(
         with pytest.raises(OSError, match="not connected"):
             robot.perform(lambda: None)
         begun = time.monotonic()
-        robot.close()
+        said = ""
+        try:
+            robot.close()
+        except AgentError as error:
+            said = str(error)
         assert time.monotonic() - begun < 1 + BUSY
-    assert "robot/b is out of reach: that it stands" in capfd.readouterr().err
+    if robot.stops_alone is None:
+        assert "out of reach for" in said
+        assert "s: it may drive on; switch it off. (R0311)" in said
+    else:
+        assert said == ""
+        assert "s: it stands by its own watchdog" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("name", SERIAL)
@@ -149,3 +161,29 @@ def test_without_power(tmp_path: Path, name: str) -> None:
         assert kind.obeys(emulator) == kind.stands
         keep(robot, kind.ahead, lambda: robot.state.x > before + 0.01)
         assert robot.state.x < before + 0.1
+
+
+@every
+def test_what_a_receipt_may_say(tmp_path: Path, kind: Kind) -> None:
+    """It says that the robot stands only while it does: obeying, cut off, and back."""
+    with kind.opened(tmp_path, **SOON) as (robot, emulator):
+
+        def becomes(what: str) -> bool:
+            standing = robot.standing
+            assert not (standing.is_sure and kind.moves(emulator))
+            return bool(standing.kind == what)
+
+        keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
+        assert robot.standing == SENT
+        runtime(robot).stopped = True
+        keep(robot, kind.ahead, lambda: becomes("confirmed"))
+        runtime(robot).stopped = False
+        keep(robot, kind.ahead, lambda: kind.obeys(emulator) == kind.goes)
+        emulator.order("unplug 2")
+        keep(robot, kind.ahead, lambda: robot.standing.kind == "lost")
+        runtime(robot).stopped = True
+        if kind.guarded:
+            keep(robot, kind.ahead, lambda: becomes("lost") and robot.standing.is_sure)
+        else:
+            assert str(robot.standing).endswith(": it may drive on; switch it off")
+        keep(robot, kind.ahead, lambda: becomes("confirmed"))

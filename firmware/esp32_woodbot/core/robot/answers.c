@@ -72,14 +72,14 @@ static void tell_stopped(struct asking *asking)
 {
     struct woodbot *bot = asking->bot;
     bool stopped = woodbot_stopped(bot);
-    bool stands = stopped && motors_motion(&bot->motors).why != WHY_DRIVEN;
+    bool stands = motors_motion(&bot->motors).why != WHY_DRIVEN;
     struct wire_writer out = wire_write(bot->scratch, SCRATCH);
 
     wire_put_map(&out, 4);
     wire_put_text(&out, "stopped");
     wire_put_flag(&out, stopped);
-    wire_put_text(&out, "stands");
-    wire_put_flag(&out, stands);
+    wire_put_text(&out, "standing");
+    wire_put_text(&out, stands ? "confirmed" : "sent");
     wire_put_text(&out, "tick");
     wire_put_whole(&out, asking->member->beat.n);
     wire_put_text(&out, "time");

@@ -74,6 +74,9 @@ class Webcam(Driven):
         shot = max(0, n - round(late / runtime(self).dt)) if n else 0
         return {"sensors": {**still, "picture": picture, "tick": shot}}
 
+    def is_still(self) -> bool:
+        return True  # it has no motor
+
     def disconnect(self) -> None:
         """Give the webcam back."""
         if self._open is not None:

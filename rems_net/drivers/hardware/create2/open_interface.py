@@ -115,6 +115,9 @@ class OpenInterface(Rolling, SerialDriven):
             raise WireError("a frame of its sensors does not add up")
         return self._readings(values)
 
+    def is_still(self) -> bool:
+        return self._seen is not None and _stands(self._seen)
+
     def disconnect(self) -> None:
         """Stop the robot, and leave it in a mode in which it can sleep and charge."""
         if self.line is not None:

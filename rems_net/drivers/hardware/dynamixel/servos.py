@@ -19,6 +19,9 @@ from rems_net.drivers.hardware.serial import SerialDriven
 from rems_net.errors import WireError
 from rems_net.libraries import look_for
 
+#: counts of 0.229 rpm. A servo that stands may measure so much.
+STILL = 2
+
 
 class Servos(SerialDriven):
     """Driver of X430 servos: finds them, sets them up, and watches that they obey.
@@ -53,6 +56,8 @@ class Servos(SerialDriven):
     bus: Bus
     #: whether to restart servos that report a hardware error
     _reboot = True
+    #: whether no servo that was read in the newest exchange turns
+    _still = False
     #: whether all servos were found once; whether they are set up now
     _seen_all = _up = False
 
@@ -131,7 +136,9 @@ class Servos(SerialDriven):
         self._look_after(goals)
         # Last, since the readings count as of the return.
         first, last = table.PRESENT_VELOCITY, table.PRESENT_POSITION
-        readings = self.readings(self.bus.sync_read(first, last, self.asked()))
+        said = self.bus.sync_read(first, last, self.asked())
+        self._still = all(abs(say(first)) <= STILL for say in said.values())
+        readings = self.readings(said)
         volts, degrees = zip(*self._health.values(), strict=True)
         readings["status"] = {
             "voltage": min(volts) / 10,
@@ -139,6 +146,13 @@ class Servos(SerialDriven):
             "damaged": self.bus.damaged,
         }
         return readings
+
+    def is_still(self) -> bool:
+        return self._still
+
+    @property
+    def stops_alone(self) -> float | None:
+        return self._watchdog * table.WATCHDOG_STEP
 
     def disconnect(self) -> None:
         """Stop all servos, switch torque off unless `holds`, and close the port."""
@@ -227,9 +241,13 @@ class Servos(SerialDriven):
 
     def _guard(self) -> None:
         """Start all watchdogs at once: one by one, the first would expire early."""
+        self.bus.sync_write(table.WATCHDOG, dict.fromkeys(self.names(), self._watchdog))
+
+    @property
+    def _watchdog(self) -> int:
+        """Steps of the servos' watchdog: max_age, as far as they can count."""
         steps = int(self.max_age / table.WATCHDOG_STEP + 1e-9)
-        each = dict.fromkeys(self.names(), min(max(steps, 1), 127))
-        self.bus.sync_write(table.WATCHDOG, each)
+        return min(max(steps, 1), 127)
 
     def _look_after(self, goals: Mapping[int, int]) -> None:
         """Check torque, goal and watchdog of one servo: each in turn, alerts first.
