@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         drivers = {} if args.all else fabric.drivers()
         stops = [] if args.json else _stops(fabric, all_there=args.all)
         if not (args.all or args.json):
-            stops += _standing(fabric, holds=bool(stops))
+            stops = [*_standing(fabric, holds=bool(stops)), *stops]
         name = fabric.session.fabric
     for agent in agents:
         if driver := drivers.get(agent["agent"]):

@@ -19,7 +19,7 @@ from rems_net.client.commands import Commands
 from rems_net.errors import FabricError, RemsError, nearest, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal, meets, printable
-from rems_net.router.gate.identity import check_member
+from rems_net.router.gate.identity import check_member, identity
 from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.session import DOUBT, Session
@@ -247,6 +247,8 @@ class Client:
     def _nobody(self, agent: str, nothing: str) -> UnansweredError:
         if not self.is_there("clock"):
             nothing = NOBODY
+            if (known := identity(self.session)) and known.team:
+                nothing += f". The class's robots are on --fabric {known.fabric}"
         agents = self.alive()
         hint = nearest(agent, agents) or f" There is {', '.join(agents) or 'nobody'}."
         return UnansweredError(

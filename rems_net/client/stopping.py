@@ -46,6 +46,7 @@ class Receipt:
     robot: `robot/sim`     standing: what is known of its standing still
     tick, time: its newest tick, and that one's time [s of fabric time]
     machine: of a robot that has not answered; "" if unknown
+    lost: seconds since the router lost it; 0.0 if it did not
     """
 
     robot: str
@@ -53,6 +54,7 @@ class Receipt:
     tick: int = -1
     time: float = 0.0
     machine: str = ""
+    lost: float = 0.0
 
     @property
     def stands(self) -> bool:
@@ -62,7 +64,9 @@ class Receipt:
     def __str__(self) -> str:
         if self.tick < 0:
             where = f" on {self.machine}" if self.machine else ""
-            return f"{self.robot}{where} has not answered: it may drive on"
+            seen = f", last seen {self.lost:.0f} s ago," if self.lost else ""
+            back = "it may drive on until it is back"
+            return f"{self.robot}{where}{seen} has not answered: {back}"
         if self.standing.kind == "lost":
             return f"{self.robot} {self.standing}"
         verb = "stands" * self.stands or "may move"
@@ -79,6 +83,7 @@ def stop_each(session: Session, fabrics: list[str]) -> None:
 def stop(client: Client) -> list[Receipt]:
     """Stop every robot; return a receipt of each in the roster or in sight, by name.
 
+    Robots that the router has lost are among them: they will stand when they are back.
     Returns when all stand, or after LAST seconds. Raises FabricError if there is no
     robot at all, NoRouterError if the connection to the router was lost meanwhile.
     """
@@ -128,14 +133,17 @@ def stop(client: Client) -> list[Receipt]:
             "the clock does not answer: a robot that is frozen or cut off may be "
             "missing here. Look at the robots",
         )
-    if not roster.robots:
+    kept = who_stopped(client.session)
+    lost = dict(kept.lost if kept is not None else ())
+    if not (roster.robots or lost):
+        keeps = " The router keeps STOP for whoever comes." if kept is not None else ""
         raise FabricError(
-            f"At {client.session.link.endpoint}: there is no robot to stop. "
-            "Type: rems list (R0618)"
+            f"At {client.session.link.endpoint}: there is no robot to stop on "
+            f"{client.session.fabric!r}.{keeps} Type: rems list --all (R0618)"
         )
     return [
-        said.get(a, Receipt(a, machine=machine))
-        for a, machine in sorted(roster.robots.items())
+        said.get(a) or Receipt(a, machine=roster.robots.get(a, ""), lost=lost.get(a, 0))
+        for a in sorted(roster.robots.keys() | lost.keys())
     ]
 
 

@@ -18,7 +18,8 @@ from rems_net.router.finding.address import (
     to_endpoint,
 )
 from rems_net.router.finding.interfaces import source
-from rems_net.router.gate.identity import check_sees, identity
+from rems_net.router.gate.access import is_of_team
+from rems_net.router.gate.identity import check_sees, identity, team_of
 from rems_net.router.gate.refusal import listens
 from rems_net.router.keys import FABRIC, check_name
 from rems_net.router.session import Session
@@ -33,11 +34,12 @@ AT_ONCE = 32
 VARIABLE, USER, PASSWORD = "REMS_ROUTER", "REMS_USER", "REMS_PASSWORD"
 
 
-def open_session(fabric: str = "", at: str = "") -> Session:
+def open_session(fabric: str = "", at: str = "", *, own: bool = False) -> Session:
     """Join the fabric at `at`, else at the configured router, else the newest here.
 
-    fabric: its name; "" for this user's own fabric if anything runs on it, else for the
-    shared one.
+    fabric: its name; "" for that of this user's team, where the router knows teams.
+    Without a team it is the user's own, if anything runs on it or if `own`, and else
+    the shared one.
     at: an endpoint, or a port of this machine, such as "7448". The session logs in as
     REMS_USER with REMS_PASSWORD if they are set; the router of a run has no users. The
     caller closes the session. Raises FabricError if there is none.
@@ -46,15 +48,17 @@ def open_session(fabric: str = "", at: str = "") -> Session:
         check_name(fabric, "the fabric's name")
     if endpoint := chosen(at):
         user, password = credentials(endpoint)
-        own = fabric or own_fabric(at)
-        session = Session(Link(endpoint, fabric=own, user=user, password=password))
+        name = fabric or own_fabric(at)
+        session = Session(Link(endpoint, fabric=name, user=user, password=password))
         session.open()
         try:
+            if not fabric:
+                return _of_user(session, own)
             check_sees(session)
         except FabricError:
             session.close()
             raise
-        return session if fabric else _or_everybodys(session)
+        return session
     fabric = fabric or FABRIC
     foreign: FabricError | None = None
     for note in notes.find(fabric):
@@ -85,10 +89,14 @@ def open_session(fabric: str = "", at: str = "") -> Session:
     )
 
 
-def _or_everybodys(session: Session) -> Session:
-    """Return the session; on the shared fabric if nothing runs on its own."""
-    own = session.fabric
-    if own == FABRIC or session.who(f"{own}/clock/@alive"):
+def _of_user(session: Session, own: bool) -> Session:
+    """Return the session on the fabric that its user is on: see `open_session`."""
+    name = session.fabric
+    if team := team_of(session):
+        # Never the class's: a STOP of a team whose run is out of sight is no STOP of
+        # everybody's robots.
+        return session if is_of_team(team, name) else session.on(team)
+    if own or name == FABRIC or session.who(f"{name}/clock/@alive"):
         return session
     return session.on(FABRIC)
 
@@ -97,12 +105,6 @@ def own_fabric(at: str = "") -> str:
     """Return the fabric of this user's runs: their own at a router that they joined."""
     joined = not at and not os.environ.get(VARIABLE) and remembered.router()
     return remembered.fabric() if joined else FABRIC
-
-
-def team_fabric() -> str:
-    """Return the fabric of the team at the router that was joined; "" for no team."""
-    own = own_fabric()
-    return "" if own in (FABRIC, remembered.usual_fabric()) else own
 
 
 def fabrics(session: Session) -> list[str]:
@@ -190,7 +192,7 @@ def over_loopback(endpoint: str, fabric: str = "", at: str = "") -> Session | No
             with suppress(FabricError):  # frozen
                 session = _join(note, fabric or own_fabric(at))
                 if session is not None:
-                    return session if fabric else _or_everybodys(session)
+                    return session if fabric else _of_user(session, own=False)
     return None
 
 

@@ -6,16 +6,16 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from threading import Condition
+from threading import Condition, Thread
 from typing import NamedTuple
 
 from rems_net.errors import FabricError, WireError
 from rems_net.router.gate.access import WHO, is_of_team
 from rems_net.router.gate.identity import answer_for
-from rems_net.router.gate.stops import Stop
+from rems_net.router.gate.stops import MOST, Stop
 from rems_net.router.gate.users import Users
 from rems_net.router.keys import FABRIC, is_name
-from rems_net.router.mail import Mail, Question
+from rems_net.router.mail import Mail, Mailbox, Presence, Question
 from rems_net.router.message import pack, read
 from rems_net.router.relay.gate import Gate
 from rems_net.router.relay.notices import Notices
@@ -28,6 +28,10 @@ FABRICS = 1_000
 #: s. A release waits this long for a STOP put just before: another thread handles it
 #: and may be behind.
 BEHIND = 0.1
+
+#: s. STOP is put again to a clock that does not hold it yet after this time.
+AGAIN = 0.25
+END = Presence("", False)
 
 #: ports that are tried for Zenoh, behind the gate
 TRIES = 5
@@ -55,12 +59,16 @@ def class_router(
     link = Link(listen, serve=True, fabric=fabric, lease=LEASE, users=users)
     with Gate(listen, users, report, fabric) as gate, _behind(link) as session:
         teams = users.teams if users is not None else ()
-        StopStore(session, teams, gate.people, gate.notices).keep()
+        store = StopStore(session, teams, gate.people, gate.notices)
+        store.keep()
         if users is not None:
             answer = answer_for(users, fabric, gate.people.seen_by)
             session.answer_at_once(f"{WHO}/*", answer)
         gate.open(session.link.behind, session.id)
-        yield session
+        try:
+            yield session
+        finally:
+            store.end()
 
 
 def _behind(link: Link) -> Session:
@@ -107,6 +115,9 @@ class StopStore:
         #: by team ("" for none), then by fabric
         self._stopped: defaultdict[str, dict[str, Held]] = defaultdict(dict)
         self._heard = Condition()
+        #: fabrics whose clock has come, or come back, and does not hold STOP yet
+        self._untold: set[str] = set()
+        self._clocks = Mailbox()
 
     def keep(self) -> None:
         """Subscribe and answer from now on, in Zenoh's own thread."""
@@ -114,9 +125,26 @@ class StopStore:
         session.watch_at_once("*/stop", self._hear, origin="others")
         session.watch_at_once("*/stop", self._hear_own, origin="own")
         session.watch_at_once("*/clock/stops", self._hear_clock)
+        session.watch_presence("*/clock/@alive", self._clocks)
+        Thread(target=self._remind, name="stop", daemon=True).start()
         session.answer_at_once("*/stop/@holds", self._tell)
         session.answer_at_once("*/stop/@why", self._tell_why, apart=True)
         session.answer_at_once("*/stop/@release", self._release, apart=True)
+
+    def end(self) -> None:
+        """Remind no clock any more."""
+        self._clocks.put(END)
+
+    def _remind(self) -> None:
+        """Put STOP again to a clock that has come, or come back, until it holds it."""
+        while (letter := self._clocks.get(AGAIN if self._untold else None)) != END:
+            with self._heard:
+                if isinstance(letter, Presence) and letter.alive:
+                    self._untold.add(letter.key.partition("/")[0])
+                self._untold &= {f for held in self._stopped.values() for f in held}
+                untold = [*self._untold]
+            for fabric in untold:
+                self._session.put(f"{fabric}/stop", pack(True))
 
     def _hear(self, mail: Mail) -> None:
         """Store a STOP of a client; the gate knows which user put it."""
@@ -157,8 +185,11 @@ class StopStore:
         except (WireError, TypeError, ValueError):
             return
         fabric = mail.key.partition("/")[0]
-        if type(stops) is int and stops % 2 == 0:
-            self._beside(fabric).pop(fabric, None)
+        if type(stops) is int:
+            with self._heard:
+                self._untold.discard(fabric)
+                if stops % 2 == 0:
+                    self._beside(fabric).pop(fabric, None)
 
     def _tell(self, question: Question) -> None:
         for fabric in sorted(set().union(*self._stopped.values())):
@@ -174,7 +205,9 @@ class StopStore:
                 self._heard.wait_for(lambda: fabric in stopped, BEHIND)
             held = stopped.get(fabric)
         if held is not None:
-            said = Stop(held.by, held.at, time.monotonic() - held.since)
+            now = time.monotonic()
+            lost = self._people.lost(fabric, now)[:MOST]
+            said = Stop(held.by, held.at, now - held.since, lost)
             question.answer(question.key, said.to_wire())
 
     def _release(self, question: Question) -> None:

@@ -128,7 +128,7 @@ def test_a_team_runs_on_its_own_fabric_and_nowhere_else(
             "router",
             "serve",
         ),
-        ("clock", "pause"),
+        ("clock", "pause", "--fabric", "rems"),
     ):
         done = anna(*words)
         assert done.returncode == 2, words
@@ -161,9 +161,14 @@ def test_agents_go_to_the_fabric_of_the_team(anna: Run, start: Start) -> None:
 def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(
     anna: Run, school: Class
 ) -> None:
-    assert "robot/wood" in anna("list").stdout
-    assert anna("get", "robot/wood/state/x").stdout.startswith("robot/wood/state/x ")
-    with join() as fabric:
+    done = anna("list")  # the team's fabric, on which nothing runs
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "The class's robots are on --fabric rems. (R0602)" in done.stderr
+    there = "--fabric", "rems"
+    assert "robot/wood" in anna("list", *there).stdout
+    x = "robot/wood/state/x"
+    assert anna("get", x, *there).stdout.startswith(f"{x} ")
+    with join("rems") as fabric:
         wood = fabric.robot("wood")
 
         def drives() -> bool:
@@ -173,8 +178,14 @@ def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(
 
         until(drives)
         wood.reset()
-    assert "robot/wood stands" in anna("stop").stdout
-    done = anna("stop", "--release")
+    # A STOP of the team stops no robot of everybody's.
+    done = anna("stop")
+    assert done.returncode in (1, 2)  # an earlier robot of the team may be missing
+    assert "robot/wood" not in done.stdout
+    with join("rems") as fabric:
+        assert not fabric.get("clock/tick")["rems/clock/tick"]["stops"] % 2
+    assert "robot/wood stands" in anna("stop", *there).stdout
+    done = anna("stop", "--release", *there)
     assert done.returncode == 2
     assert "'rems' is the whole class's" in done.stderr
     remembered.forget()
@@ -192,7 +203,7 @@ def test_a_teams_run_drives_a_robot_of_the_class(anna: Run, folder: Path) -> Non
     assert done.returncode == 0, done.stderr
     *_, last = (folder / "runs" / "lab" / "wood.csv").read_text().splitlines()
     assert float(last.split(",")[3]) > 0.0  # state/x
-    with join() as fabric:  # and gives it back
+    with join("rems") as fabric:  # and gives it back
         wood = fabric.robot("wood")
         before = float(wood.state.x)
 
@@ -226,7 +237,9 @@ def test_the_teacher_stops_every_team_first_and_asks_then(
         while heard.get(0.0) is not None:
             pass
         done = teacher("stop", "--fabric", "team3-2")
-        assert done.stdout.startswith("robot/x has not answered: it may drive on\n")
+        assert done.stdout.startswith(
+            "robot/x has not answered: it may drive on until it is back\n"
+        )
         mail = heard.get(2.0)
         assert isinstance(mail, Mail)
         assert mail.key == "team3-2/stop"

@@ -170,7 +170,7 @@ def test_the_teacher_sees_who_comes_and_what_they_run(
     school: Class, anna: Run, teacher: Run
 ) -> None:
     for _ in range(3):
-        assert anna("list").returncode == 0
+        assert anna("list", "--fabric", "rems").returncode == 0
     with school.session("ben") as ben:
         ben.present("team4/robot/secret/@alive")
         until(lambda: "team4/robot/secret" in teacher("list", "--people").stdout)
@@ -225,7 +225,7 @@ def test_everybody_is_told_who_has_said_stop(
         alone.keep(robot, AHEAD, lambda: notes)
         assert re.search(rf"stands: STOP on 'rems' at .*, {BY_ANNA}", notes[0])
     for who, end in ((teacher, r"`rems stop --release`\.$"), (anna, "by a teacher.$")):
-        shown = who("list").stdout.splitlines()[-1]
+        shown = who("list", "--fabric", "rems").stdout.splitlines()[-1]
         assert re.search(stop, shown)
         assert re.search(end, shown)
     assert teacher("stop", "--release").returncode == 0

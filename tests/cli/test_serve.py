@@ -193,7 +193,7 @@ def test_lines_at_its_terminal_stop_and_release(start: Start) -> None:
                 "warning: robot/b has not answered within 0.25 s\n",
                 "On rems:\n",
                 "  robot/a stands at tick 412 (8.24 s): confirmed\n",
-                "  robot/b has not answered: it may drive on\n",
+                "  robot/b has not answered: it may drive on until it is back\n",
                 "Let them go on with: r (and Enter), or rems stop --release --all\n",
             ]
             assert isinstance(box.get(20.0), Mail)

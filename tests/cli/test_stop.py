@@ -51,7 +51,7 @@ def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
     robots("a=stands", "b=mute", "c=moves")
     said = (
         "robot/a stands at tick 412 (8.24 s): confirmed\n"
-        "robot/b has not answered: it may drive on\n"
+        "robot/b has not answered: it may drive on until it is back\n"
         f"robot/c may move at tick 412 (8.24 s): STOP is sent, not confirmed\n{FREE}"
     )
     late = "rems: robot/b has not answered within 0.25 s\n"
@@ -63,7 +63,8 @@ def test_no_robot(robots: Robots, rems: Run) -> None:
     done = rems("stop")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.endswith(
-        ": there is no robot to stop. Type: rems list (R0618)\n"
+        ": there is no robot to stop on 'rems'. The router keeps STOP for whoever "
+        "comes. Type: rems list --all (R0618)\n"
     )
 
 

@@ -86,7 +86,7 @@ def test_who_does_not_answer_is_named_and_who_moves_is_told(
     assert time.monotonic() >= least
     assert calm() - begun < 1.5
     assert (a.stands, b.stands, c.stands) == (True, False, False)
-    assert str(b) == "robot/b has not answered: it may drive on"
+    assert str(b) == "robot/b has not answered: it may drive on until it is back"
     assert (
         str(c) == "robot/c may move at tick 412 (8.24 s): STOP is sent, not confirmed"
     )

@@ -50,10 +50,13 @@ class Broadcaster:
                 self._put(tick)
 
     def hold(self, stop: bool) -> bool:
-        """Set whether STOP holds; return True if that changed. A router keeps it."""
+        """Set whether STOP holds; return True if that changed. A router keeps it.
+
+        A router that keeps a STOP which never came here forgets it at the release.
+        """
         changed = stop != bool(self.stops % 2)
         self.stops += changed
-        if changed:
+        if changed or not stop:
             key = self._session.key("clock", "stops")
             self._session.put(key, pack([self._run, self.stops]))
         return changed

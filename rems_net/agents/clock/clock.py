@@ -103,7 +103,7 @@ class Clock:
         replies.declare()
         self.broadcaster.open()
         if stop_holds(session):
-            self.broadcaster.stops = 1
+            self.broadcaster.hold(True)
             said = who_stopped(session)
             info(
                 "stop",

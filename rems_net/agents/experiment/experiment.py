@@ -138,7 +138,6 @@ class Experiment(Lineup):
         from rems_net.agents.experiment.placement.offers import machines_of, make_offers
         from rems_net.agents.experiment.run import Run
         from rems_net.agents.protocol.terms import Terms
-        from rems_net.router import find
 
         every = self.by_host()
         machines = {} if alone else machines_of(every)
@@ -172,9 +171,8 @@ class Experiment(Lineup):
         warn_of_numerics(*sorted({library for needs in near for library in needs}))
         native = bool(near)
         with own_folder(self, out, agents, show, native=native, pace=pace) as folder:
-            fabric = self.fabric or find.own_fabric()
             beside = "" if self.fabric else self.name
-            run = Run(fabric, terms, hosts, folder, offers, beside=beside)
+            run = Run(self.fabric, terms, hosts, folder, offers, beside=beside)
             with run.going():
                 yield run
             finish(folder, run.result)

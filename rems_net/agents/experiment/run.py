@@ -15,7 +15,8 @@ from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import AgentError, ExperimentError, FabricError
 from rems_net.events import Event, listening, warn
 from rems_net.router import find
-from rems_net.router.gate.identity import check_member
+from rems_net.router.gate.identity import check_member, team_of
+from rems_net.router.keys import FABRIC
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
 
@@ -122,7 +123,7 @@ class Run:
     def _session(self) -> tuple[Session, Path | None]:
         fabric = self.fabric
         if find.chosen():
-            session = find.open_session(fabric)
+            session = find.open_session(fabric, own=True)
             try:
                 check_member(session)
             except FabricError:
@@ -135,11 +136,11 @@ class Run:
                 "reach; for others, first: rems router use ADDRESS"
             )
             warn("router", text, "clock")
-        return find.serve(fabric)
+        return find.serve(fabric or FABRIC)
 
     def _free(self, session: Session) -> Session:
         """Return a session on the team's fabric, or beside it if it has a run."""
-        if not self._beside or not find.team_fabric():
+        if not (self._beside and team_of(session)):
             return session
         if not session.who(session.key("clock", "@alive")):
             return session

@@ -17,7 +17,7 @@ from rems_net.errors import AgentError, ExperimentError, FabricError, WireError
 from rems_net.events import Event
 from rems_net.router import find
 from rems_net.router.gate.access import is_of_team
-from rems_net.router.gate.identity import check_member
+from rems_net.router.gate.identity import check_member, team_of
 from rems_net.router.keys import FABRIC
 from rems_net.router.message import LAST_TICK, read
 from rems_net.router.session import Session
@@ -114,8 +114,10 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
                 " (R0424)"
             )
     with ExitStack() as stack:
-        team = find.team_fabric()
-        session = stack.enter_context(find.open_session(lab.fabric or team or FABRIC))
+        session = stack.enter_context(find.open_session(lab.fabric))
+        team = team_of(session)
+        if not (lab.fabric or team):
+            session = session.on(FABRIC)
         check_member(session)
         check_version(session)
         link, there = session.link, find.fabrics(session)
@@ -123,7 +125,7 @@ def attend(lab: Lineup, out: Path | str | None, show: Show) -> None:
         if session.fabric in there:
             dt = _length(session)
             session.close()
-        elif team and is_of_team(team, session.fabric):
+        elif is_of_team(team, session.fabric):
             stack.enter_context(ticking(session, show))
         elif there:
             raise FabricError(

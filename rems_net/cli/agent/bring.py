@@ -12,7 +12,7 @@ from rems_net.agents.experiment.show import Show
 from rems_net.cli.options import add_fabric, fabric_of, warn
 from rems_net.errors import ExperimentError, RemsError
 from rems_net.router import find
-from rems_net.router.gate.identity import check_member, vouches
+from rems_net.router.gate.identity import check_member, team_of, vouches
 from rems_net.router.keys import check_name
 from rems_net.router.session import Session
 
@@ -61,7 +61,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Act as a machine of one run, or of one run after another."""
     machine, fabric = check_name(args.machine, "--as"), fabric_of(args)
-    fabric = fabric or find.team_fabric()  # only runs of the own team
     if not (args.yes or (sys.stdin and sys.stdin.isatty())):
         raise ExperimentError(
             "`rems agent bring --as` asks before it starts what another laptop wants; "
@@ -70,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
         )
     with find.open_session(fabric) as session:
         check_member(session)
+        fabric = fabric or team_of(session)  # only runs of the own team
         wanted = Wanted(session, machine, fabric)
         while True:
             theirs = wanted.next()

@@ -89,6 +89,12 @@ def vouches(session: Session) -> bool:
     return bool(known and known.team and is_of_team(known.team, session.fabric))
 
 
+def team_of(session: Session) -> str:
+    """Return the team of this session's user; "" for none, as for a teacher."""
+    known = identity(session)
+    return known.team if known is not None else ""
+
+
 def check_sees(session: Session) -> None:
     """Raise DeniedError if this user's team may not see the fabric."""
     known = identity(session)

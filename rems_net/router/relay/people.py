@@ -29,6 +29,10 @@ LOST = 10.0
 AWAY = 900.0
 #: laptops that are stored; fabrics of a team, with the last user who put STOP there
 LAPTOPS, STOPS = 2000, 1000
+#: s. A robot that lives has come back so long after its laptop.
+REJOINS = 10.0
+#: robots that are stored after their sessions were lost
+ROBOTS = 1000
 #: s. A user who asks more often gets the same answer.
 FRESH = 0.2
 #: agents of one laptop that are named
@@ -83,6 +87,9 @@ class People:
         #: by team, then by its own fabrics: the last user who put STOP there; STOPs of
         #: users without a team, and on the class's fabric, are at ""
         self._stops: dict[str, OrderedDict[str, tuple[float, str]]] = {}
+        #: robots whose sessions ended without a farewell, `team1/robot/sim`: when, by
+        #: the monotonic clock [s], and on which laptop
+        self._lost: OrderedDict[str, tuple[float, tuple[str, str]]] = OrderedDict()
         self._lock = Lock()
 
     def came(self, one: "Connection", now: float) -> None:
@@ -104,9 +111,43 @@ class People:
             found = self._laptops.get((one.owner, one.host))
             if found is None or (begun := found.sessions.pop(one, None)) is None:
                 return
+            if not one.has_closed:
+                self._lose(one, now)
             if not found.sessions:
                 found.ended = now
                 found.is_lost = now - begun > STAYS and not one.has_closed
+
+    def _lose(self, one: "Connection", now: float) -> None:
+        for robot in _robots(one):
+            if self._may_run(one.owner, robot):
+                self._lost[robot] = now, (one.owner, one.host)
+                self._lost.move_to_end(robot)
+        while len(self._lost) > ROBOTS:
+            self._lost.popitem(last=False)
+
+    def lost(self, fabric: str, now: float) -> list[tuple[str, float]]:
+        """Return the robots of a fabric that were lost, and seconds since then.
+
+        A robot that has come back, on any laptop, is not among them, nor one that did
+        not come back with its laptop.
+        """
+        start = f"{fabric}/"
+        with self._lock:
+            lost = {
+                robot: now - at
+                for robot, (at, laptop) in self._lost.items()
+                if robot.startswith(start) and not self._is_back(laptop, at, now)
+            }
+            for laptop in self._laptops.values() if lost else ():
+                for robot in set().union(*map(_robots, laptop.sessions)):
+                    lost.pop(robot, None)
+        return [(robot.removeprefix(start), lost[robot]) for robot in sorted(lost)]
+
+    def _is_back(self, laptop: tuple[str, str], at: float, now: float) -> bool:
+        """Return whether a laptop has had a session since then for long enough."""
+        found = self._laptops.get(laptop)
+        sessions = found.sessions.values() if found is not None else ()
+        return any(now - max(begun, at) > REJOINS for begun in sessions)
 
     def look(self, now: float) -> None:
         """Report laptops that have gone, and those that are back."""
@@ -198,6 +239,8 @@ class People:
 
     def _may_run(self, owner: str, token: str) -> bool:
         """Return whether the router lets this user show a token; else it drops it."""
+        if not self._users:
+            return True
         role, team = self._users.get(owner, ("", ""))
         fabric = token.partition("/")[0]
         return role == MEMBERS or bool(team and is_of_team(team, fabric))
@@ -205,6 +248,11 @@ class People:
     def _may_stop(self, owner: str, fabric: str) -> bool:
         team = self._team(owner)
         return not team or fabric == self._fabric or is_of_team(team, fabric)
+
+
+def _robots(one: "Connection") -> set[str]:
+    """Return the robots of a session: `team1/robot/sim`."""
+    return {robot for robot in map(_agent, one.tokens) if "/robot/" in robot}
 
 
 def _agent(token: str) -> str:
