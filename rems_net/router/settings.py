@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from rems_net.router.finding.address import located
 from rems_net.router.gate import access
 from rems_net.router.keys import FABRIC
 from rems_net.router.mail import MAX_PAYLOAD
@@ -96,7 +97,7 @@ class Link:
         else:
             config["mode"] = "client"
             config["connect"] = {
-                "endpoints": [self.endpoint],
+                "endpoints": [located(self.endpoint)],
                 "timeout_ms": round(self.timeout * 1000),
                 "retry": {
                     "period_init_ms": 200,

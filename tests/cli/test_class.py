@@ -44,7 +44,8 @@ def school(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Class]:
         assert said == [
             "names.csv: 2 students in 2 teams, 1 teacher; nobody else is let in.\n",
             "  Slips to print, for your eyes only: names.slips.txt\n",
-            "  Each types what is on his slip: rems router use ADDRESS --user NAME\n",
+            "  Each types what is on his slip: rems router use "
+            f"{at.removeprefix('tcp/')} --user NAME\n",
             "Open fabric 'rems'. Only this machine reaches it.\n",
         ]
         yield Class(at, folder, notes)

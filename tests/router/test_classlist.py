@@ -14,7 +14,7 @@ unix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no mode 
 
 
 def test_passwords_are_made_once(names: Path) -> None:
-    first = load_class(names, "rems")
+    first = load_class(names, "rems", "192.168.1.20")
     assert first.count == "3 students in 2 teams, 1 teacher"
     assert first.teams == {"team1": ["anna.berg", "celik.oz"], "team2": ["ben.cho"]}
     assert len(set(first.passwords.values())) == 4
@@ -23,7 +23,8 @@ def test_passwords_are_made_once(names: Path) -> None:
     slips = slips_of(names)
     assert slips.name == "names.slips.txt"
     text = slips.read_text(encoding="utf-8")
-    anna = f"--user anna.berg\n  password: {first.passwords['anna.berg']}\n"
+    use = "  rems router use 192.168.1.20"
+    anna = f"{use} --user anna.berg\n  password: {first.passwords['anna.berg']}\n"
     assert anna in text
     assert names.read_text(encoding="utf-8") == NAMES  # it is left as it is
     names.write_text(NAMES + "Dora;team3\n", encoding="utf-8")

@@ -26,7 +26,7 @@ from rems_net.router.finding.address import (
     to_code,
     to_endpoint,
 )
-from rems_net.router.finding.interfaces import reachable
+from rems_net.router.finding.interfaces import addresses, reachable
 from rems_net.router.gate.access import MEMBERS
 from rems_net.router.gate.classlist import load_class, slips_of
 from rems_net.router.gate.identity import check_member
@@ -198,10 +198,13 @@ def _session(args: argparse.Namespace, fabric: str) -> Iterator[Session]:
 def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, str]:
     """Return who is let in, and a user and password for this machine."""
     if args.names:
-        users = load_class(args.names, fabric)
+        address = _address(to_endpoint(args.listen))
+        users = load_class(args.names, fabric, address)
         print(f"{args.names}: {users.count}; nobody else is let in.")
         print(f"  Slips to print, for your eyes only: {slips_of(args.names)}")
-        print("  Each types what is on his slip: rems router use ADDRESS --user NAME")
+        print(
+            f"  Each types what is on his slip: rems router use {address} --user NAME"
+        )
     elif args.users:
         users = load(args.users)
         print(f"{args.users}: {users.count}; nobody else is let in.")
@@ -210,34 +213,59 @@ def _users(args: argparse.Namespace, fabric: str) -> tuple[Users | None, str, st
     return users.with_owner()
 
 
-def _ways(endpoint: str) -> list[str]:
-    """Return the addresses at which other laptops reach the router at `endpoint`."""
+def _address(endpoint: str) -> str:
+    """Return the address to type on other laptops, for the slips."""
+    host, port = host_and_port(endpoint)
+    if host in EVERYWHERE:
+        host = next(iter(reachable()), "ADDRESS")
+    return f"{host}:{port}" if port != PORT else host
+
+
+def _ways(endpoint: str) -> list[tuple[str, str]]:
+    """Return the addresses at which others may reach the router, with their kinds.
+
+    Addresses of special kinds are returned only if there is no ordinary one.
+    """
     host, port = host_and_port(endpoint)
     if host not in EVERYWHERE and not is_here(endpoint):
-        return [host]
-    return [one for one in reachable() if listens(f"tcp/{one}:{port}")]
+        return [(host, "")]
+    found = [
+        (one, kind)
+        for one, kind in addresses()
+        if listens(f"tcp/{f'[{one}]' if ':' in one else one}:{port}")
+    ]
+    return [way for way in found if not way[1]] or found
 
 
 def _announce(
-    args: argparse.Namespace, fabric: str, endpoint: str, hosts: list[str]
+    args: argparse.Namespace,
+    fabric: str,
+    endpoint: str,
+    ways: list[tuple[str, str]],
 ) -> None:
     """Print what to type on other laptops, and show the first line as a QR code."""
     protocol, (_, port) = endpoint.partition("/")[0], host_and_port(endpoint)
     usual = (protocol, port) == ("tcp", PORT)
     lines = []
-    for host in hosts:
+    for host, _ in ways:
         address = f"[{host}]" if ":" in host else host
         lines.append(
             f"rems router use {protocol}/{address}{'' if usual else f':{port}'}"
         )
-    told = (
-        "On other laptops, type one of:" if lines else "Only this machine reaches it."
-    )
+    told = "On other laptops, type one of:"
+    if not lines:
+        told = "Only this machine reaches it."
+        if not is_here(endpoint):
+            told = "This machine has no network: connect it, and start this again."
+    elif ways[0][1]:
+        told = "No usual network is here; a laptop may reach it by one of:"
     print(f"Open fabric {fabric}. {told}")
-    for host, line in zip(hosts, lines, strict=True):
+    for (host, kind), line in zip(ways, lines, strict=True):
         code = to_code(host) if usual and is_ipv4(host) else ""
         print(
-            f"  {line}" + (f"      or its code: rems router use {code}" if code else "")
+            f"  {line}"
+            + (f"      or its code: rems router use {code}" if code else "")
+            + (f"      ({kind})" if kind else "")
         )
     if lines and not args.no_qr:
         show_code(console(args), lines[0])

@@ -7,6 +7,8 @@ sound or look alike. The last one is a check digit.
 
 import ipaddress
 import re
+import socket
+from contextlib import suppress
 
 from rems_net.errors import FabricError
 
@@ -15,7 +17,7 @@ PORT = 7447
 #: Crockford's base 32: no I, L, O or U
 _DIGITS = "0123456789ABCDEFGHJKMNPQRSTVWXYZ"
 _ALIKE = str.maketrans("ILO", "110")
-_HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,252}[A-Za-z0-9])?")
+_HOST = re.compile(r"\w([\w.-]{0,252}\w)?")
 #: a prime: the check digit finds two swapped digits and one mistyped digit, except 0
 #: for Z
 _CHECK = 31
@@ -96,6 +98,27 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
     """Return `("192.168.1.20", 7447)` for an endpoint; the port is 0 if it has none."""
     host, _, port = re.split("[#?]", endpoint)[0].partition("/")[2].rpartition(":")
     return host.strip("[]"), int(port) if port.isdecimal() else 0
+
+
+def located(endpoint: str) -> str:
+    """Return the endpoint for Zenoh, which knows no adapter's name and no accents.
+
+    `tcp/[fe80::1%wlan0]:7447` becomes `tcp/[fe80::1%3]:7447`, and a name with letters
+    beyond ASCII its address, if it is known.
+    """
+    host, port = host_and_port(endpoint)
+    if host.isascii() and "%" not in host:
+        return endpoint
+    with suppress(OSError, UnicodeError):
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        address = found[0][4]
+        plain = str(address[0]).partition("%")[0]
+        if len(address) == 4:
+            plain = f"[{plain}%{address[3]}]" if address[3] else f"[{plain}]"
+        protocol, _, rest = endpoint.partition("/")
+        settings = "".join(re.findall("[#?].*", rest)[:1])
+        return f"{protocol}/{plain}:{port}{settings}"
+    return endpoint
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

@@ -69,18 +69,36 @@ def reachable() -> list[str]:
     out: on class networks such an address changes every hour, and nobody can read it
         aloud.
     """
-    found = []
+    return [address for address, kind in addresses() if not kind]
+
+
+def addresses() -> list[tuple[str, str]]:
+    """Return this machine's addresses with their kinds; "" for an ordinary one.
+
+    The others are of a cable between two laptops (link-local), of a VPN, or of a
+    bridge, which can be a phone's or a virtual machine's network, or IPv6. The address
+    of the default route comes first.
+    """
+    found: dict[str, str] = {}
     for adapter in ifaddr.get_adapters():
         names = (adapter.nice_name, str(adapter.name))
-        if any(_VIRTUAL.match(name) for name in names):
-            continue
+        kind = ""
+        if any(_TUNNEL.match(name) for name in names):
+            kind = f"of the VPN {names[0]}"
+        elif any(_VIRTUAL.match(name) for name in names):
+            kind = f"of the bridge or virtual network {names[0]}"
         for ip in adapter.ips:
-            if ip.is_IPv4 and isinstance(ip.ip, str):
-                address = ipaddress.ip_address(ip.ip)
-                if not address.is_loopback and not address.is_link_local:
-                    found.append(ip.ip)
+            text = str(ip.ip if ip.is_IPv4 else ip.ip[0]).partition("%")[0]
+            address = ipaddress.ip_address(text)
+            if address.is_loopback or (address.is_link_local and not ip.is_IPv4):
+                continue
+            local = f"link-local, of a cable at {names[0]} without a router"
+            version = "" if ip.is_IPv4 else f"IPv6, of {names[0]}"
+            found.setdefault(
+                text, kind or (local if address.is_link_local else version)
+            )
     out = source(_NOBODY)
-    return sorted(dict.fromkeys(found), key=lambda one: one != out)
+    return sorted(found.items(), key=lambda one: (bool(one[1]), one[0] != out))
 
 
 def source(host: str) -> str:

@@ -54,10 +54,11 @@ def slips_of(path: Path) -> Path:
     return path.with_suffix(".slips.txt")
 
 
-def load_class(path: Path, fabric: str) -> Users:
+def load_class(path: Path, fabric: str, address: str = "ADDRESS") -> Users:
     """Read a class list, and write its slips. Raises FabricError, with no password.
 
-    fabric: the class's own, which all may look at.
+    fabric: the class's own, which all may look at.  address: the router's, for the
+    slips.
     """
     rows = list(_rows(path))
     if not rows:
@@ -80,7 +81,7 @@ def load_class(path: Path, fabric: str) -> Users:
     for row in rows:
         check_user(path, row.user, row.password)
         teams.setdefault(row.team, []).append(row.user)
-    _write(slips, path, rows)
+    _write(slips, path, rows, address)
     members = teams.pop(TEACHERS)
     names = {MEMBERS: members, GUESTS: []}
     return Users(names, {row.user: row.password for row in rows}, teams)
@@ -225,16 +226,15 @@ def _read(slips: Path) -> dict[str, str]:
     return dict(_SLIP.findall(text_of(slips)))
 
 
-def _write(slips: Path, path: Path, rows: list[Row]) -> None:
+def _write(slips: Path, path: Path, rows: list[Row], address: str) -> None:
     """Write the slips: all or none, and readable by their owner only."""
     text = (
-        f"Slips of {path.name}: print them, cut them, hand them out; read the address "
-        "aloud.\nKeep this file, and keep it to yourself: the passwords are nowhere "
-        "else.\n"
+        f"Slips of {path.name}: print them, cut them, hand them out.\nKeep this file, "
+        "and keep it to yourself: the passwords are nowhere else.\n"
     )
     for row in rows:
         text += (
-            f"{_CUT}{row.name:<47} {row.team}\n  rems router use ADDRESS --user "
+            f"{_CUT}{row.name:<47} {row.team}\n  rems router use {address} --user "
             f"{row.user}\n  password: {row.password}\n"
         )
     try:

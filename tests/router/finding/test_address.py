@@ -1,12 +1,19 @@
 """Addresses: what people type becomes an endpoint, or is told apart."""
 
 import re
+import socket
 
 import pytest
 from hypothesis import given, strategies as st
 
 from rems_net.errors import FabricError
-from rems_net.router.finding.address import from_code, is_here, to_code, to_endpoint
+from rems_net.router.finding.address import (
+    from_code,
+    is_here,
+    located,
+    to_code,
+    to_endpoint,
+)
 
 addresses = st.ip_addresses(v=4).map(str)
 
@@ -50,6 +57,8 @@ def from_digit(digit: str) -> int:
         ("lab-pc", "tcp/lab-pc:7447"),
         ("lab-pc.local:80", "tcp/lab-pc.local:80"),
         ("udp/lab-pc", "udp/lab-pc:7447"),
+        ("lab_pc", "tcp/lab_pc:7447"),
+        ("müller-pc.local", "tcp/müller-pc.local:7447"),
         ("fe80::1", "tcp/[fe80::1]:7447"),
         ("[fe80::1%eth0]:7500", "tcp/[fe80::1%eth0]:7500"),
         ("lab-pc:7500#iface=eth0", "tcp/lab-pc:7500#iface=eth0"),
@@ -119,3 +128,12 @@ def test_nothing_else_than_a_sentence(text: str) -> None:
     port = re.search(r":([0-9]+)($|[#?])", endpoint)
     assert port
     assert 0 < int(port[1]) < 65536
+
+
+def test_zenoh_gets_the_number_of_an_adapter() -> None:
+    """It takes no name of one: `rems router use fe80::1%wlan0` found no router."""
+    number, name = socket.if_nameindex()[0]
+    there = located(f"tcp/[fe80::1%{name}]:7500#so_sndbuf=9")
+    assert there == f"tcp/[fe80::1%{number}]:7500#so_sndbuf=9"
+    for known in ("tcp/lab_pc:7447", "tcp/[fe80::1]:7447", "tcp/nobody-ü:7447"):
+        assert located(known) == known

@@ -15,7 +15,7 @@ from tests.reliability.rig.rig import ROOT, missing
 #: says what rems_net thinks of them
 LOOK = """
 import json, subprocess, sys
-from rems_net.router.finding.interfaces import reachable, tunnels
+from rems_net.router.finding.interfaces import addresses, reachable, tunnels
 
 def ip(*words):
     subprocess.run(["ip", *words], check=True)
@@ -26,8 +26,12 @@ for name, address in json.loads(sys.argv[1]).items():
     ip("link", "set", name, "up")
 if sys.argv[2]:
     ip("route", "add", "default", "dev", sys.argv[2])
-print(json.dumps([reachable(), tunnels()]))
+print(json.dumps([reachable(), tunnels(), addresses()]))
 """
+
+
+#: all addresses of the last machine, with their kinds
+KINDS: list[list[str]] = []
 
 
 def look(devices: dict[str, str], out: str = "") -> tuple[list[str], list[str]]:
@@ -36,7 +40,7 @@ def look(devices: dict[str, str], out: str = "") -> tuple[list[str], list[str]]:
         ["unshare", "--net", sys.executable, "-c", LOOK, json.dumps(devices), out], ROOT
     )
     assert done.returncode == 0, done.stderr
-    addresses, vpns = json.loads(done.stdout)
+    addresses, vpns, KINDS[:] = json.loads(done.stdout)
     return addresses, vpns
 
 
@@ -83,6 +87,17 @@ def test_the_way_out_is_first(out: str, first: str) -> None:
 @needs_devices
 def test_nothing_is_reachable_on_no_network() -> None:
     assert look({"wlan0": "169.254.7.1/16"}) == ([], [])
+    local = "link-local, of a cable at wlan0 without a router"
+    assert ["169.254.7.1", local] in KINDS
+
+
+@pytest.mark.root
+@needs_devices
+def test_an_unusual_address_has_its_kind() -> None:
+    assert look({"bridge100": "192.168.2.1/24", "tun0": "10.8.0.2/24"})[0] == []
+    bridge = "of the bridge or virtual network bridge100"
+    assert ["192.168.2.1", bridge] in KINDS
+    assert ["10.8.0.2", "of the VPN tun0"] in KINDS
 
 
 @pytest.mark.parametrize(
