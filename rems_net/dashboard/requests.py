@@ -24,6 +24,7 @@ from rems_net.dashboard.protocol import described
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
+from rems_net.router.gate.stops import who_stopped
 from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine
@@ -132,6 +133,7 @@ class Requests:
             "router": session.connected,
             "here": machine(),
             "robots": self._standing(found["stopped"]),
+            "by": self._stopper(found["stopped"]),
             "drivers": self.fabric.drivers(),
         }
 
@@ -142,6 +144,11 @@ class Requests:
             self._rows = _rows(self.fabric.session)
             self._due = now + EACH * len(self._rows)
         return self._rows
+
+    def _stopper(self, holds: bool) -> str:
+        """Return the author of the STOP that holds; "" if that is not known."""
+        said = who_stopped(self.fabric.session) if holds else None
+        return said.by if said is not None else ""
 
     def _standing(self, holds: bool) -> dict[str, str]:
         """Return what is not well with robots that have to stand; "" for the others."""
