@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from rems_net.agents.about.scenery import scene_by
 from rems_net.agents.agent import PHASES
+from rems_net.agents.protocol.limits import check_pace
 from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE, read_rows, read_schemas, read_told
 from rems_net.client.client import Gathered
@@ -91,14 +92,7 @@ class Requests:
         return self.fabric.clock("step", count)
 
     def _pace(self, request: dict[str, Any]) -> Any:
-        pace: Any = request.get("pace")
-        if pace == "fast":
-            return self.fabric.clock("pace", "fast")
-        if type(pace) not in (int, float) or not 0 < pace <= 1000:
-            raise WireError(
-                f"A pace is more than 0 and at most 1000, not {pace!r:.40}. (R1003)"
-            )
-        return self.fabric.clock("pace", float(pace))
+        return self.fabric.clock("pace", check_pace(request.get("pace")) or "fast")
 
     def _settings(self, request: dict[str, Any]) -> list[dict[str, Any]]:
         """Return the settings of an agent; none if it does not list them."""

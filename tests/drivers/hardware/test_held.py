@@ -88,15 +88,18 @@ def test_it_stands_without_its_host(name: str, how: str, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("name", UNGUARDED)
-def test_the_process_that_holds_its_port_is_killed(name: str, tmp_path: Path) -> None:
-    """The driver starts another one, which has the robot stand first."""
+@pytest.mark.parametrize("how", ["killed", "frozen"])
+def test_it_stands_without_the_process_that_holds_its_port(
+    name: str, how: str, tmp_path: Path
+) -> None:
+    """The driver halts it at once, and starts another such process."""
     with driving(name, tmp_path) as (kind, emulator, process):
         holders = {*relatives(f"HELD_MARK={tmp_path}")} - {process.pid}
         # Windows has a program for each console, too, which ends with its holder.
         assert len(holders) == 1 or sys.platform == "win32"
         stood, begun = kind.history(emulator).count(kind.stands), time.monotonic()
         for pid in holders:
-            os.kill(pid, KILL)
+            freeze(pid) if how == "frozen" else os.kill(pid, KILL)
         # On a busy machine it may stand for less than the time between two looks.
         until(lambda: kind.history(emulator).count(kind.stands) > stood)
         assert time.monotonic() - begun < LIMIT + BUSY
