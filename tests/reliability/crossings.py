@@ -246,7 +246,8 @@ def _comes_back(scene: Scene, fabric: str) -> list[str]:
 
 def _untrue(said: str, code: int, scene: Scene, asked: float) -> list[str]:
     """Return what is wrong with a receipt, such as one of a robot that moves."""
-    lines = [line for line in said.splitlines() if "robot/driven0" in line]
+    name = "remote" if scene.commander == "remote" else "driven0"
+    lines = [line for line in said.splitlines() if f"robot/{name}" in line]
     sure = [
         line
         for line in lines
