@@ -49,11 +49,13 @@ class Silence:
     """Somebody who goes silent.
 
     said: what the screens must name.  without: why a robot has no cell, by robot.
+    mends: whether rems_net ends it by itself: the robot stands, and drives on
     """
 
     fault: Fault
     said: str
     without: Mapping[str, str] = field(default_factory=dict)
+    mends: bool = False
 
 
 def _by_title(title: str) -> Fault:
@@ -111,10 +113,16 @@ SILENT: dict[str, Silence] = {
     "its frozen host": Silence(_by_title("the robot's host frozen"), "robot/"),
     "its killed host": Silence(_by_title("the robot's host killed"), "robot/"),
     "its frozen holder": Silence(
-        Fault(_signal_holder("SIGSTOP"), lambda scene: None), "robot/", NO_HOLDER
+        Fault(_signal_holder("SIGSTOP"), lambda scene: None),
+        "robot/",
+        NO_HOLDER,
+        mends=True,
     ),
     "its killed holder": Silence(
-        Fault(_signal_holder("SIGKILL"), lambda scene: None), "robot/", NO_HOLDER
+        Fault(_signal_holder("SIGKILL"), lambda scene: None),
+        "robot/",
+        NO_HOLDER,
+        mends=True,
     ),
     "its cable": Silence(
         Fault(lambda scene: scene.device.tell(f"unplug {LASTS}"), lambda scene: None),
@@ -208,10 +216,14 @@ def _try(silence: Silence, scene: Scene, fabric: str) -> Answer:
     asked = time.monotonic()
     scene.sleep(max(0.0, begun + LASTS - time.monotonic()))
     seconds, _ = scene.stood_still(0, begun, begun + LASTS)
+    if silence.mends:
+        stood = [c.at for c in scene.changes() if not c.moves and c.at >= begun]
+        seconds = min(stood, default=inf) - begun
     wrong += _untrue(during, code, scene, asked)
     if seconds > LIMIT and "it may drive on" not in during:
         wrong.append(f"it drove for {seconds:.2f} s, and nobody says so")
-    screens = during + scene.run.text()
+    away = scene.away.text() if scene.commander == "remote" else ""
+    screens = during + scene.run.text() + away
     if not re.search(silence.said, screens):
         wrong.append(f"no screen names {silence.said}")
     if silence.fault.undo is None:
