@@ -284,7 +284,7 @@ def _rems(scene: Scene, *words: str) -> tuple[int, str]:
     """Run a command on another person's laptop; its exit status, and what it says."""
     program = scene.rig.rems(*words, router=scene.endpoint)
     try:
-        code = program.process.wait(12.0)
+        code = program.process.wait(20.0)
     except subprocess.TimeoutExpired:  # it repeats STOP until the router is back
         program.kill()
         code = 1

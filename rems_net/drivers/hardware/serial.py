@@ -11,7 +11,7 @@ from rems_net.drivers.hardware.driven import Driven, NoDeviceError
 from rems_net.drivers.hardware.frames import Kind
 from rems_net.drivers.hardware.held import Held, PortError
 from rems_net.drivers.hardware.holder import PAUSE, TRIES, SerialPort
-from rems_net.drivers.hardware.ports import Line, refusal
+from rems_net.drivers.hardware.ports import Line, moved, ports, refusal
 from rems_net.errors import MissingPartError, SchemaError
 from rems_net.libraries import load, look_for
 
@@ -115,6 +115,8 @@ class SerialDriven(Driven):
 
     line: DriverLine | None = None
     _holder: HeldSerial | None = None
+    #: serial number of the adapter at the first connection; "" if it has none
+    _serial: str | None = None
 
     def prepare(self) -> None:
         look_for("serial", "hardware")
@@ -135,7 +137,7 @@ class SerialDriven(Driven):
                 "There is another library of the name serial in the way. Type: pip "
                 "uninstall serial, then: pip install --force-reinstall pyserial (R0302)"
             )
-        port, baud, writing = self.options.port, self.options.baud, 5 * self.timeout
+        port, baud, writing = self._find(), self.options.baud, 5 * self.timeout
         try:
             if self.halt:
                 self._holder = self._holder or HeldSerial(self.timeout, writing)
@@ -152,6 +154,17 @@ class SerialDriven(Driven):
                 )
         except Exception as error:  # also termios.error, which is no OSError
             raise NoDeviceError(refusal(port, error)) from error
+
+    def _find(self) -> str:
+        """Return the adapter's port, which may have another name when it is back."""
+        port, found = str(self.options.port), ports()
+        if self._serial is None:
+            at = (one.serial for one in found if one.device == port)
+            self._serial = next(at, "")
+        elif (now := moved(port, self._serial, found)) != port:
+            self.note(f"finds its adapter at {now}, by its serial number")
+            return now
+        return port
 
     def disconnect(self) -> None:
         """Close the port, and discard bytes that were not sent yet."""
