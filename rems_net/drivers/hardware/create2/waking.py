@@ -33,24 +33,28 @@ def reported_mode(line: Line) -> int:
     """Return the number of the mode that it reports; 0 if it does not answer."""
     line.read(line.in_waiting)
     line.write(bytes([Op.SENSORS, 35]))
-    Event().wait(2 * SETTLE)
-    return int.from_bytes(line.read(line.in_waiting)[:1])
+    until, reply = wall() + FIRST, b""
+    while not reply and wall() < until:
+        reply = line.read(1)
+    return int.from_bytes(reply)
 
 
 def begin(line: Line, mode: str) -> int:
     """Start its interface in this mode, "safe" or "full".
 
     Returns by how much the modes that it reports are too high: 0, or 1 of some Roombas
-    (libcreate, issue 67). If START was lost, a robot may be in Safe mode, of the number
-    that Passive has there. So a mode is too high only if the next one is, too.
+    (libcreate, issue 67). START always leads to Passive; one may be lost, not two.
     """
-    reported = []
-    for command in (Op.START, Op[mode.upper()]):
-        line.write(bytes([command]))
+    passive, too_high = MODES.index("passive"), 0
+    for _ in range(2):
+        line.write(bytes([Op.START]))
         Event().wait(SETTLE)
-        reported.append(reported_mode(line))
-    right = MODES.index("passive"), MODES.index(mode)
-    return int(all(one == mode + 1 for one, mode in zip(reported, right, strict=True)))
+        too_high = int(reported_mode(line) == passive + 1)
+        if not too_high:
+            break
+    line.write(bytes([Op[mode.upper()]]))
+    Event().wait(SETTLE)
+    return too_high
 
 
 def all_sensors(line: Line) -> dict[str, int]:

@@ -67,6 +67,17 @@ def test_a_roomba_that_reports_its_mode_plus_one(
     assert "robot/b reports its mode plus one, as some Roombas do" in said
 
 
+def test_such_a_roomba_at_its_charger(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.order("mode plus-one")
+        emulator.order("charger in")
+        with opened(emulator) as robot:
+            keep_for(robot, (200, 100), 0.3)
+            assert wheels(emulator) == (0, 0)
+            emulator.order("charger out")
+            keep(robot, (200, 100), lambda: wheels(emulator) == (200, 100))
+
+
 def test_a_robot_that_never_moves_is_named(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
