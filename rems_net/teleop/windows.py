@@ -62,7 +62,7 @@ class WindowsConsole:
     def ask(self, keys: Set[str]) -> bool:
         """Return whether Windows reports one of these keys as held down now."""
         codes = {name: code for code, name in _KEYS.items()}
-        each = (codes.get(key) or ord(key.upper()) for key in keys)
+        each = (codes.get(key) or ord(key.upper()[0]) for key in keys)
         return any(self._is_down(code) < 0 for code in each)
 
     def close(self) -> None:

@@ -99,7 +99,7 @@ def tick(fabric: Fabric) -> int:
 
     def look() -> int | None:
         told = fabric.get("clock/tick").get("rems/clock/tick", {})
-        n: int = told["n"] if told else -1
-        return n + 1 if n >= 0 else None
+        return int(told["n"]) + 1 if told else None
 
-    return until(look, 60.0) - 1
+    found: int = until(look, 60.0)
+    return found - 1

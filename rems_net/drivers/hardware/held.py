@@ -34,8 +34,9 @@ SENDING = 0.25
 ANSWER = 0.2
 #: s. After a pause of this process, answers may be on their way for this long.
 GRACE = 0.02
-#: s. A process that is killed ends within this, unless a call of the system hangs.
-KILLED = 0.25
+#: s. A process that is killed ends within this, even on a machine with far more work
+#: than it can do, unless a call of the system hangs.
+KILLED = 2.0
 
 
 class Held:
