@@ -1,7 +1,6 @@
 """The lesson of docs/class.md, with the first student's laptop under Wine."""
 
 import os
-import shutil
 import signal
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -87,26 +86,10 @@ class MixedLab(Mixed, Lab):
 
 
 @pytest.fixture
-def apart(windows: Windows, tmp_path: Path) -> Iterator[Windows]:
-    """A system with a server of its own, which starts in the student's namespace."""
-
-    class Apart(Windows):
-        """Windows' Python of one folder, with another's system."""
-
-        @property
-        def environment(self) -> dict[str, str]:
-            return super().environment | {"WINEPREFIX": str(tmp_path / "prefix")}
-
-    shutil.copytree(
-        windows.folder / "prefix",
-        tmp_path / "prefix",
-        symlinks=True,
-        ignore=shutil.ignore_patterns("Temp", "com?"),
-    )
-    made = Apart(windows.folder)
-    yield made
-    made.end()
-    shutil.rmtree(tmp_path / "prefix")
+def apart(kept: Windows, tmp_path: Path) -> Iterator[Windows]:
+    """A system whose server starts in the student's namespace."""
+    with kept.copied(tmp_path / "prefix") as copy:
+        yield copy
 
 
 def test_the_lesson_with_a_student_on_windows(apart: Windows, tmp_path: Path) -> None:
