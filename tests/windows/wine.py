@@ -76,6 +76,8 @@ class Windows:
             # with its drive, since a program may start in a folder of another one
             "PYTHONPATH": f"Z:{ROOT}",
             "WINEPREFIX": str(self.prefix),
+            # programs in Scripts, such as ruff, need the libraries beside python.exe
+            "WINEPATH": f"Z:{self.root}",
             "WINEARCH": "win64",
             "WINEDEBUG": "-all",
             # a program that fails must end, and wait for no debugger
