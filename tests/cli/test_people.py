@@ -222,8 +222,9 @@ def test_everybody_is_told_who_has_said_stop(
         school.agent.shows(stop)
         notes: list[str] = []
         robot._warn = notes.append
-        alone.keep(robot, AHEAD, lambda: notes)
-        assert re.search(rf"stands: STOP on 'rems' at .*, {BY_ANNA}", notes[0])
+        # On a busy machine a command may be too old before.
+        stands = rf"stands: STOP on 'rems' at .*, {BY_ANNA}"
+        alone.keep(robot, AHEAD, lambda: re.search(stands, "\n".join(notes)))
     for who, end in ((teacher, r"`rems stop --release`\.$"), (anna, "by a teacher.$")):
         shown = who("list", "--fabric", "rems").stdout.splitlines()[-1]
         assert re.search(stop, shown)

@@ -195,7 +195,7 @@ def test_nobody_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """A web server; and a WebSocket server that echoes."""
-    monkeypatch.setattr(driver, "STARTING", 0.3)
+    monkeypatch.setattr(driver, "STARTING", 1.0)
     web = http.server.HTTPServer(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler)
     with web:
         threading.Thread(target=web.serve_forever, daemon=True).start()
