@@ -29,15 +29,20 @@ from rems_net.system.interrupts import Again
 if TYPE_CHECKING:
     from rems_net.router.gate.users import Users
 
-#: Zenoh's threads: one receives, one sends (Zenoh's default is six). A single thread
-#: for both would come to a standstill when the receiver waits for the sender. The
-#: receiver must not watch the sockets of new connections (`acc`) either, for the same
-#: reason; and the sender is too busy: with `acc` on it, a router with ten robots is 10
-#: % slower. So `acc` has its own thread, which starts only in a process that listens.
-_ONE = "(worker_threads: 1)"
-_RX = "(handover: rx)"
-_REST = f"tx: {_ONE}, acc: {_ONE}, net: {_RX}, app: {_RX}"
-_THREADS = f"(rx: {_ONE}, {_REST})"
+#: Zenoh's threads: five receive, one sends, one opens connections. When a connection is
+#: lost, its receiver waits for the end of the connection's tasks (`net`), for up to 10
+#: s. With these tasks on a receiver, or with one receiver, a laptop that had lost its
+#: Wi-Fi was back after 13 s in two of three cases, in place of 3 s. Within 10 s four
+#: connections can be lost, one after the other, since each loss takes 3 s. The sender
+#: must not run the tasks, which wait for it. The receivers must not watch the sockets
+#: of new connections (`acc`): they would come to a standstill when they wait for the
+#: sender. The sender is too busy: with `acc` on it, a router with ten robots is 10 %
+#: slower. So `acc` has its own thread, which starts only in a process that listens.
+_REST = (
+    "tx: (worker_threads: 1), acc: (worker_threads: 1), net: (worker_threads: 1), "
+    "app: (handover: net)"
+)
+_THREADS = f"(rx: (worker_threads: 5), {_REST})"
 #: A shared router gets 16 receiver threads. A thread can block for up to 5 s if a
 #: client stops reading messages that must not be lost; with a single thread, one frozen
 #: laptop stopped a whole class.

@@ -4,6 +4,7 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from rems_net.client import Fabric, join
 from rems_net.errors import uncoded
 from tests.agents.runs import until
 from tests.cli.conftest import robot, row, served, text, ticks
-from tests.commands import Run, Start
+from tests.commands import Run, Running, Start
 from tests.signals import KILL, freeze, thaw
 
 
@@ -72,7 +73,8 @@ def test_a_name_is_taken_and_given_up(start: Start, here: Fabric) -> None:
     twin = robot(start, "alice")
     _, error = twin.communicate(timeout=20)
     assert twin.returncode == 1
-    assert "there is a robot/alice already, on " in error
+    assert error.count("there is a robot/alice already, on ") == 1
+    assert "has that badge" not in error
     # Killed, it says nothing; who comes anew is let in at once.
     os.kill(int(host.rpartition(":")[2]), KILL)
     alice.communicate(timeout=20)
@@ -83,6 +85,43 @@ def test_a_name_is_taken_and_given_up(start: Start, here: Fabric) -> None:
         return found is not None and found["host"] != host
 
     until(anew)
+
+
+def test_a_name_that_was_taken_meanwhile_is_lost(
+    start: Start, here: Fabric, folder: Path
+) -> None:
+    """A laptop was closed, and others took the names of its agents: they end there."""
+    (folder / "far.py").write_text(FAR)
+    ways = {
+        "robot/alice": ("robot", "woodbot", "kinematic", "--name", "alice"),
+        "input/keys": ("input", "keys.csv"),
+        "process/one": ("process", "far.py:One", "--to", "where=robot/alice/state"),
+    }
+    first = {key: start("agent", "start", *words) for key, words in ways.items()}
+    hosts = {key: until(partial(row, here, key))["host"] for key in ways}
+    pids = [int(host.rpartition(":")[2]) for host in hosts.values()]
+    for pid in pids:
+        freeze(pid)
+    second: dict[str, Running] = {}
+
+    def taken() -> bool:
+        for key, words in ways.items():
+            if key not in second or second[key].poll() is not None:
+                second[key] = start("agent", "start", *words)
+        rows = {key: row(here, key) for key in ways}
+        return all(one and one["host"] != hosts[k] for k, one in rows.items())
+
+    try:
+        until(taken)
+    finally:
+        for pid in pids:
+            thaw(pid)
+    for key, process in first.items():
+        _, error = process.communicate(timeout=20)
+        assert process.returncode == 1, key
+        assert error.count(f"there is a {key} already, on ") == 1
+        assert "has that badge" not in error
+    assert len(here.session.ask(here.session.key("robot", "alice", "state"))) == 1
 
 
 def test_agents_that_read_each_other(start: Start, here: Fabric, folder: Path) -> None:

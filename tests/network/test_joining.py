@@ -2,12 +2,13 @@
 
 import re
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from tests.network.lab import SOON, WORSE, Lab
-from tests.reliability.rig.programs import until
+from tests.reliability.rig.programs import Program, until
 from tests.reliability.rig.rig import MACHINES
 
 pytestmark = MACHINES
@@ -134,3 +135,30 @@ def test_a_class_in_two_halves_for_a_minute(tmp_path: Path) -> None:
         told = lab.says("hub", "stop", router=HUB)
         assert "has not answered" not in told
         assert not re.search("Traceback", served.text())
+
+
+@pytest.mark.parametrize("is_driven", [False, True])
+def test_a_laptop_gets_another_address(tmp_path: Path, is_driven: bool) -> None:
+    """Its robot is back within 10 s; seen before: refused for more than a minute."""
+    with Lab(tmp_path) as lab:
+        served = lab.build().serve()
+        seen = lab.module("tests.network.seen", "robot/zoe", machine="b", router=HUB)
+        zoe = lab.zoe(router=HUB)
+        if is_driven:
+            served.wait_for("^robot/zoe on a is here$", SOON)
+            words = ("put", "robot/zoe/command", "wheel/left=50 %", "--for", "60 s")
+            lab.rems(*words, machine="c", router=HUB)
+        until(lambda: seen.text().count("\n") > 30, "ticks", SOON)
+        for address in ("10.77.0.9", "10.77.0.8", "10.77.0.2"):
+            lab.move("a", address)
+            lab.wait(1)  # what was on its way has come
+            before = seen.text().count("\n")
+            until(partial(_is_seen, seen, before + 3), "ticks", SOON)
+        times = [float(line.split()[0]) for line in seen.text().splitlines()[1:]]
+        # 2 s until a lost connection is noticed; Zenoh's own limit is 10 s more
+        assert max(b - a for a, b in pairwise(times)) < 10.0
+        assert "joining again" not in zoe.text()
+
+
+def _is_seen(seen: Program, ticks: int) -> bool:
+    return seen.text().count("\n") > ticks

@@ -261,7 +261,7 @@ class Host:
 
     def start_anew(self) -> None:
         """Forget the clock that is gone, and so the commands that it brought."""
-        self._epoch, self._stops = -1, 0
+        self._epoch, self._stops, self.badge = -1, 0, 0
         self.engine.forget()
         self._outlets.forget()
 

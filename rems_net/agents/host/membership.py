@@ -169,7 +169,8 @@ class Membership:
         # It is a lost one that we asked for, or older than this membership.
         if not newest or roster.first < self._first:
             return
-        here = self._host in roster.hosts()
+        # By badge: another host may have this one's name by now.
+        here = any(e.badge == self.badge for e in roster.agents.values())
         if not here and self._host in roster.gone:
             raise Orphaned(f"the clock gave this host up: {roster.gone[self._host]}")
         if not here and (self._admitted or not roster.agents):

@@ -10,7 +10,7 @@ from rems_net.router.gate.users import OWNER, Users
 from rems_net.router.relay import handshake, limits
 from rems_net.router.relay.connection import MOMENT, Connection
 from rems_net.router.relay.handshake import Hello, Login
-from rems_net.router.relay.ids import KEPT, Ids
+from rems_net.router.relay.ids import Ids
 from rems_net.router.relay.limits import Guesses
 from rems_net.router.relay.notices import Notices
 
@@ -40,7 +40,7 @@ class Admission:
     ):
         self._users, self._most_of_all = users, sessions
         self._notices, self._later = notices, later
-        self._ids = Ids(KEPT if users is None else None)
+        self._ids = Ids(named=users is not None)
         self._guesses = Guesses(time.monotonic)
         #: by Zenoh id, its session
         self._live: dict[bytes, Connection] = {}
@@ -99,8 +99,7 @@ class Admission:
 
     def claim(self, one: Connection, owner: str, then: Callable[[], None]) -> None:
         """Pass OpenSyn on to the router (`then`), if this owner may have its id."""
-        if not self._ids.may(one.zid, owner, time.monotonic()):
-            of = self._ids.owner(one.zid)
+        if of := self._ids.holder(one.zid, owner):
             self._refuse(one, handshake.TAKEN, TAKEN, of)
             return
         old = self._live.get(one.zid)
@@ -113,7 +112,7 @@ class Admission:
         self._sessions[owner] += 1
         if old is None:
             then()
-        else:  # the owner is back, and the old connection is dead
+        else:  # an owner is back, and the old connection is dead or another address's
             self._after[old] = lambda: self._later(MOMENT, then)
             old.end()
 
@@ -131,7 +130,7 @@ class Admission:
         """Forget a session that has ended."""
         if self._live.get(one.zid) is one:
             del self._live[one.zid]
-            self._ids.end(one.zid, time.monotonic())
+            self._ids.end(one.zid, one.owner)
         if one.owner:
             self._sessions[one.owner] -= 1
             if not self._sessions[one.owner]:

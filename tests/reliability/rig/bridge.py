@@ -7,7 +7,8 @@ devices and addresses are gone with it. Nothing outside of these namespaces is t
 
 It first prints a line of JSON, {machine: [path of its network namespace, path of its
 host name's]}, and then answers each line of JSON on its standard input by one:
-{"from": "bot", "to": "hub", "delay": 0.02} ("*" for all), or {} for the counts.
+{"from": "bot", "to": "hub", "delay": 0.02} ("*" for all), {"machine": "bot", "address":
+"10.77.0.9"}, or {} for the counts.
 """
 
 import ctypes
@@ -46,24 +47,29 @@ class Machine:
     """A namespace with a device, as the bridge sees it."""
 
     def __init__(self, name: str, address: str):
-        self.name, self.address = name, socket.inet_aton(address)
+        self.name = name
         _own(NEW_NET | NEW_HOST_NAME)
         socket.sethostname(name)
         self.tun = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
         request = struct.pack("16sH22x", DEVICE, TUN_PLAIN)
         fcntl.ioctl(self.tun, TUN_SET, request)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-            for what, value in (
-                (SET_ADDRESS, self.address),
-                (SET_MASK, socket.inet_aton("255.255.255.0")),
-            ):
-                told = struct.pack("16sHH4s16x", DEVICE, socket.AF_INET, 0, value)
-                fcntl.ioctl(any_socket, what, told)
-            for device in (b"lo", DEVICE):
-                fcntl.ioctl(any_socket, SET_FLAGS, struct.pack("16sH22x", device, UP))
+        #: a socket stays in the namespace in which it was made
+        self._control = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.move(address)
+        for device in (b"lo", DEVICE):
+            request = struct.pack("16sH22x", device, UP)
+            fcntl.ioctl(self._control, SET_FLAGS, request)
         self.files = [
             os.open(f"/proc/self/ns/{n}", os.O_RDONLY) for n in ("net", "uts")
         ]
+
+    def move(self, address: str) -> None:
+        """Give the device an address, in place of the one that it has."""
+        self.address = socket.inet_aton(address)
+        mask = socket.inet_aton("255.255.255.0")
+        for what, value in ((SET_ADDRESS, self.address), (SET_MASK, mask)):
+            request = struct.pack("16sHH4s16x", DEVICE, socket.AF_INET, 0, value)
+            fcntl.ioctl(self._control, what, request)
 
     def paths(self) -> list[str]:
         """Where others find its namespaces, as long as this process lives."""
@@ -76,7 +82,7 @@ class Bridge:
     def __init__(self, addresses: dict[str, str]):
         self.machines = [Machine(name, at) for name, at in addresses.items()]
         self.by_tun = {m.tun: m for m in self.machines}
-        self.by_address = {m.address: m for m in self.machines}
+        self._find()
         self.links = {
             (a.name, b.name): Link()
             for a in self.machines
@@ -85,6 +91,9 @@ class Bridge:
         }
         self._way: list[tuple[float, int, Link, int, bytes]] = []
         self._count = 0
+
+    def _find(self) -> None:
+        self.by_address = {m.address: m for m in self.machines}
 
     def run(self) -> None:
         """Carry until the standard input closes."""
@@ -157,6 +166,11 @@ class Bridge:
         return True
 
     def _change(self, **told: Any) -> dict[str, Any]:
+        if "address" in told:
+            machine = next(m for m in self.machines if m.name == told["machine"])
+            machine.move(told["address"])
+            self._find()
+            return {}
         source, target = told.pop("from", "*"), told.pop("to", "*")
         for name in (source, target):
             if name != "*" and name not in {m.name for m in self.machines}:

@@ -130,10 +130,17 @@ class Rig:
 
         "*" stands for every machine. Returns what each link has passed and lost.
         """
+        return self._ask({"from": source, "to": target, **what})
+
+    def move(self, machine: str, address: str) -> None:
+        """Give a machine another address, as DHCP does, while programs run there."""
+        self._ask({"machine": machine, "address": address})
+        self.addresses[machine] = address
+
+    def _ask(self, what: dict[str, Any]) -> dict[str, Any]:
         assert self._bridge is not None, "there are no links without `connect`"
         assert self._bridge.stdin is not None
-        told = json.dumps({"from": source, "to": target, **what})
-        self._bridge.stdin.write(told + "\n")
+        self._bridge.stdin.write(json.dumps(what) + "\n")
         self._bridge.stdin.flush()
         return self._hear()
 
