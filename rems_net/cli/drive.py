@@ -13,6 +13,7 @@ from rems_net.defdict import DefDict
 from rems_net.errors import ExperimentError, nearest
 from rems_net.router.asking import meets
 from rems_net.router.keys import agent_of, full_key
+from rems_net.teleop.deadman import SILENT
 from rems_net.teleop.keyboard import HOLD, Keyboard, open_keyboard
 from rems_net.teleop.keys import KEYS, stick_of
 
@@ -31,6 +32,10 @@ stands. One person drives a robot; another who asks for it gets it after 5 s.
 LOOK = 1.0
 #: columns of the status line
 WIDE = 78
+GONE = (
+    f"this terminal gave no sign for {SILENT:g} s while a key was held down: its line "
+    "may be frozen, so robots stand. Let all keys go, and drive on"
+)
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -81,6 +86,7 @@ class Drive:
         self._fabric, self._hands, self._keyboard = fabric, hands, keyboard
         #: sentences that were shown, each once
         self._shown: set[str] = set()
+        self._is_silent = False
         self._line = ""
 
     def go(self) -> None:
@@ -115,6 +121,10 @@ class Drive:
                     self._fabric.warn_if_stopped(hand.key)
         for hand in self._hands:
             hand.send(stick, held)
+        if self._keyboard.silent and not self._is_silent:
+            self._clear()
+            warn(GONE)
+        self._is_silent = self._keyboard.silent
 
     def _report(self) -> None:
         """Show who else wants a robot, and what the robots do."""

@@ -7,10 +7,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rems_net.agents.experiment.checking.settings import check_pace, check_seed
+from rems_net.agents.experiment.checking.settings import check_seed
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.folder import Result
 from rems_net.agents.experiment.show import Show
+from rems_net.agents.protocol.limits import check_pace
 from rems_net.cli.options import (
     add_fabric,
     console,

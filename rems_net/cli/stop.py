@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from rems_net.cli.options import add_at, warn
 from rems_net.client import Fabric, join
-from rems_net.client.stopping import stop_each
+from rems_net.client.stopping import fabrics_to_stop, stop_each
 from rems_net.errors import ExperimentError, FabricError, NoRouterError
 from rems_net.router import notes
-from rems_net.router.find import chosen, everywhere, fabrics, on_each, over_loopback
+from rems_net.router.find import chosen, everywhere, on_each, over_loopback
 from rems_net.router.finding import remembered
 from rems_net.router.keys import FABRIC, is_name
 from rems_net.router.session import Session
@@ -36,10 +36,11 @@ examples:
 
 
 class Told(NamedTuple):
-    """Printed lines of one run, and whether all is well there."""
+    """Printed lines of one run, whether all is well there, and how many robots are."""
 
     lines: list[str]
     well: bool = True
+    robots: int = 1
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -70,10 +71,13 @@ def run(args: argparse.Namespace) -> int:
     down, give_up = False, math.inf
     while True:
         try:
-            code = _run_once(args)
-            if down:
-                print("A robot that comes back later stands still, too.")
-            return code
+            waits = down and time.monotonic() < give_up
+            code = _run_once(args, waits=waits)
+            if code is not None:
+                if down:
+                    print("A robot that comes back later stands still, too.")
+                return code
+            give_up = min(give_up, time.monotonic() + BACK)
         except NoRouterError:
             if not away:
                 raise
@@ -83,10 +87,6 @@ def run(args: argparse.Namespace) -> int:
                     "it does. Ctrl+C gives up."
                 )
             down, give_up = True, math.inf
-        except FabricError:  # the router is back, but its robots are not yet
-            give_up = min(give_up, time.monotonic() + BACK)
-            if not down or time.monotonic() > give_up:
-                raise
         Event().wait(AGAIN)
 
 
@@ -118,11 +118,18 @@ def say(
     session: Session, *, everywhere_there: bool, release: bool
 ) -> dict[str, Told | FabricError]:
     """Stop or release, on the session's fabric or on all of its router; by fabric."""
-    names = fabrics(session) if everywhere_there else [session.fabric]
-    if not release:
-        stop_each(session, names)  # STOP to all, before waiting for any robot
-    ask = _release if release else _stop
-    return on_each(session, names, lambda one: ask(Fabric(one)))
+    names = [session.fabric]
+    if everywhere_there:
+        names = fabrics_to_stop(session, release=release)
+    if release:
+        return on_each(session, names, lambda one: _release(Fabric(one)))
+    stop_each(session, names)  # STOP to all, before waiting for any robot
+    told = on_each(session, names, lambda one: _stop(Fabric(one)))
+    if not everywhere_there:
+        return told
+    # That nobody is on the other fabrics is no news.
+    some = {n: t for n, t in told.items() if not isinstance(t, Told) or t.robots}
+    return some or told
 
 
 def _known(args: argparse.Namespace) -> str:
@@ -140,7 +147,9 @@ def _known(args: argparse.Namespace) -> str:
     return ""
 
 
-def _run_once(args: argparse.Namespace) -> int:
+def _run_once(args: argparse.Namespace, *, waits: bool = False) -> int | None:
+    """Return the exit status; None if it waits for robots and there is none yet."""
+
     def tell(session: Session) -> dict[str, Told | FabricError]:
         return say(session, everywhere_there=args.all, release=args.release)
 
@@ -164,6 +173,8 @@ def _run_once(args: argparse.Namespace) -> int:
     runs = {where: each for where, each in told.items() if isinstance(each, Told)}
     if not runs:
         raise errors[0]
+    if waits and not any(said.robots for said in runs.values()):
+        return None
     for where, said in runs.items():
         print("\n".join([f"At {where}:"] * (len(told) > 1) + said.lines))
     for error in errors:
@@ -175,7 +186,11 @@ def _run_once(args: argparse.Namespace) -> int:
 
 def _stop(fabric: Fabric) -> Told:
     receipts = fabric.stop()
-    return Told([str(one) for one in receipts], all(one.stands for one in receipts))
+    if not receipts:
+        text = "no robot is there; one that comes will stand"
+        return Told([text], well=False, robots=0)
+    stand = all(receipt.stands for receipt in receipts)
+    return Told([*map(str, receipts)], stand, len(receipts))
 
 
 def _release(fabric: Fabric) -> Told:

@@ -175,8 +175,7 @@ class Fabric:
         """Stop every robot until `release()`; return a receipt of each.
 
         STOP is put before any robot is asked, and again until all stand; the call
-        returns after at most 1 s. It needs no clock. Raises FabricError if there is no
-        robot.
+        returns after at most 1 s. It needs no clock.
         """
         return stop(self._client)
 

@@ -21,10 +21,11 @@ from rems_net.client.client import Client, Gathered
 from rems_net.errors import DeniedError, FabricError, NoRouterError, WireError, some
 from rems_net.events import warn
 from rems_net.router.asking import Asking, Refusal, printable
+from rems_net.router.find import fabrics
 from rems_net.router.gate.identity import check_member
 from rems_net.router.gate.stops import who_stopped
 from rems_net.router.gate.users import OWNER
-from rems_net.router.keys import agent_of
+from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine, pack, read
 from rems_net.router.session import Session
@@ -74,6 +75,18 @@ class Receipt:
         return f"{self.robot} {verb} at {when}: {self.standing}"
 
 
+def fabrics_to_stop(session: Session, *, release: bool = False) -> list[str]:
+    """Return the fabrics at this router, also those whose robots were lost.
+
+    release: those on which the router keeps a STOP, too
+    """
+    found = set(fabrics(session))
+    for mail in session.ask(f"*/stop/{'@holds' if release else '@lost'}", timeout=SOON):
+        if is_name(fabric := mail.key.partition("/")[0]):
+            found.add(fabric)
+    return sorted(found)
+
+
 def stop_each(session: Session, fabrics: list[str]) -> None:
     """Put STOP on each of these fabrics, without waiting."""
     for name in fabrics:
@@ -84,8 +97,8 @@ def stop(client: Client) -> list[Receipt]:
     """Stop every robot; return a receipt of each in the roster or in sight, by name.
 
     Robots that the router has lost are among them: they will stand when they are back.
-    Returns when all stand, or after LAST seconds. Raises FabricError if there is no
-    robot at all, NoRouterError if the connection to the router was lost meanwhile.
+    Returns when all stand, or after LAST seconds. Raises NoRouterError if the
+    connection to the router was lost meanwhile.
     """
     key = client.session.key
     begun = time.monotonic()
@@ -135,12 +148,6 @@ def stop(client: Client) -> list[Receipt]:
         )
     kept = who_stopped(client.session)
     lost = dict(kept.lost if kept is not None else ())
-    if not (roster.robots or lost):
-        keeps = " The router keeps STOP for whoever comes." if kept is not None else ""
-        raise FabricError(
-            f"At {client.session.link.endpoint}: there is no robot to stop on "
-            f"{client.session.fabric!r}.{keeps} Type: rems list --all (R0618)"
-        )
     return [
         said.get(a) or Receipt(a, machine=roster.robots.get(a, ""), lost=lost.get(a, 0))
         for a in sorted(roster.robots.keys() | lost.keys())

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from rems_net.agents.about.scenery import scene_by
 from rems_net.agents.agent import PHASES
+from rems_net.agents.protocol.limits import check_pace
 from rems_net.client import Fabric
 from rems_net.client.answers import NONSENSE, read_rows, read_schemas, read_told
 from rems_net.client.client import Gathered
@@ -24,6 +25,7 @@ from rems_net.dashboard.protocol import described
 from rems_net.defdict import Schema
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.packing import UNPACK_ERRORS, unpack
+from rems_net.router.gate.stops import who_stopped
 from rems_net.router.keys import agent_of, is_name
 from rems_net.router.mail import Mail
 from rems_net.router.message import machine
@@ -90,14 +92,7 @@ class Requests:
         return self.fabric.clock("step", count)
 
     def _pace(self, request: dict[str, Any]) -> Any:
-        pace: Any = request.get("pace")
-        if pace == "fast":
-            return self.fabric.clock("pace", "fast")
-        if type(pace) not in (int, float) or not 0 < pace <= 1000:
-            raise WireError(
-                f"A pace is more than 0 and at most 1000, not {pace!r:.40}. (R1003)"
-            )
-        return self.fabric.clock("pace", float(pace))
+        return self.fabric.clock("pace", check_pace(request.get("pace")) or "fast")
 
     def _settings(self, request: dict[str, Any]) -> list[dict[str, Any]]:
         """Return the settings of an agent; none if it does not list them."""
@@ -132,6 +127,7 @@ class Requests:
             "router": session.connected,
             "here": machine(),
             "robots": self._standing(found["stopped"]),
+            "by": self._stopper(found["stopped"]),
             "drivers": self.fabric.drivers(),
         }
 
@@ -142,6 +138,11 @@ class Requests:
             self._rows = _rows(self.fabric.session)
             self._due = now + EACH * len(self._rows)
         return self._rows
+
+    def _stopper(self, holds: bool) -> str:
+        """Return the author of the STOP that holds; "" if that is not known."""
+        said = who_stopped(self.fabric.session) if holds else None
+        return said.by if said is not None else ""
 
     def _standing(self, holds: bool) -> dict[str, str]:
         """Return what is not well with robots that have to stand; "" for the others."""

@@ -12,8 +12,8 @@ from typing import Any
 
 from rems_net.client import Fabric
 from rems_net.client.people import people
-from rems_net.client.stopping import stop_each
-from rems_net.dashboard.requests import look_at
+from rems_net.client.stopping import fabrics_to_stop, standings, stop_each
+from rems_net.dashboard.requests import SHORT, look_at
 from rems_net.errors import FabricError, RemsError, WireError
 from rems_net.router.find import fabrics, on_each
 from rems_net.router.gate.access import MEMBERS, is_of_team
@@ -28,6 +28,8 @@ FRESH = 0.9
 MOST = 256
 #: what a page names to stop every fabric
 ALL = "all"
+#: the parts of a fabric's state in its row
+STATE = ("tick", "t", "clock", "stopped", "late", "stand", "unsure")
 
 
 class Teams:
@@ -68,16 +70,18 @@ class Teams:
         """Return the receipts by fabric, or why there are none."""
         session = self._session()
         everywhere = request.get("fabrics") == ALL
-        names = fabrics(session) if everywhere else _names(request)
+        names = fabrics_to_stop(session) if everywhere else _names(request)
         stop_each(session, names)
         done = on_each(session, names, lambda s: [*map(str, Fabric(s).stop())])
-        return self._told(done)
+        return self._told({name: said for name, said in done.items() if said != []})
 
     def _release(self, request: dict[str, Any]) -> dict[str, Any]:
-        done = on_each(
-            self._session(), _names(request), lambda one: Fabric(one).release()
-        )
-        return self._told(done)
+        session, names = self._session(), request.get("fabrics")
+        if names == ALL:
+            names = fabrics_to_stop(session, release=True)
+        else:
+            names = _names(request)
+        return self._told(on_each(session, names, lambda s: Fabric(s).release()))
 
     def _told(self, done: dict[str, Any]) -> dict[str, Any]:
         self._at = -FRESH
@@ -101,7 +105,7 @@ def _names(request: dict[str, Any]) -> list[str]:
 def _look(session: Session) -> dict[str, Any]:
     known = identity(session)
     there = fabrics(session)
-    states = on_each(session, there, look_at)
+    states = on_each(session, there, _state)
     everybody = _people(session) if known is not None else []
     teams = {one.team for one in everybody if one.team}
     idle = {t for t in teams if not any(is_of_team(t, name) for name in there)}
@@ -120,9 +124,18 @@ def _look(session: Session) -> dict[str, Any]:
     return {"rows": rows, "teacher": teacher}
 
 
+def _state(session: Session) -> dict[str, Any]:
+    """Return the state of a fabric, and which of its robots surely stand."""
+    state = look_at(session)
+    found = standings(session, holds=state["stopped"], timeout=SHORT)
+    unsure = [str(one) for one in found if not one.stands]
+    stand = len(found) - len(unsure) if state["stopped"] else 0
+    return state | {"stand": stand, "unsure": unsure}
+
+
 def _row(state: dict[str, Any]) -> dict[str, Any]:
     kinds = [kind for _, kind, _ in state["agents"]]
-    shown = {word: state[word] for word in ("tick", "t", "clock", "stopped", "late")}
+    shown = {word: state[word] for word in STATE}
     return shown | {"robots": kinds.count("robot")}
 
 

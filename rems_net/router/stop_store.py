@@ -100,7 +100,8 @@ class StopStore:
     Any program latches it by putting `true` at `<fabric>/stop`. A run's clock
     (`<fabric>/clock/stops`) releases it or, without a clock, a question for
     `<fabric>/stop/@release`. A clock that starts asks for `<fabric>/stop/@holds`;
-    people learn from `<fabric>/stop/@why` whose STOP it is.
+    people learn from `<fabric>/stop/@why` whose STOP it is. `<fabric>/stop/@lost` is
+    answered for each fabric whose robots were lost.
     """
 
     def __init__(
@@ -128,6 +129,7 @@ class StopStore:
         session.watch_presence("*/clock/@alive", self._clocks)
         Thread(target=self._remind, name="stop", daemon=True).start()
         session.answer_at_once("*/stop/@holds", self._tell)
+        session.answer_at_once("*/stop/@lost", self._tell_lost)
         session.answer_at_once("*/stop/@why", self._tell_why, apart=True)
         session.answer_at_once("*/stop/@release", self._release, apart=True)
 
@@ -196,6 +198,11 @@ class StopStore:
             if question.covers(f"{fabric}/stop/@holds"):
                 question.answer(f"{fabric}/stop/@holds", pack(True))
 
+    def _tell_lost(self, question: Question) -> None:
+        for fabric in self._people.lost(time.monotonic()):
+            if question.covers(f"{fabric}/stop/@lost"):
+                question.answer(f"{fabric}/stop/@lost", pack(True))
+
     def _tell_why(self, question: Question) -> None:
         """Answer with the author of STOP; with `?new`, wait for one that is behind."""
         fabric = question.key.partition("/")[0]
@@ -206,7 +213,7 @@ class StopStore:
             held = stopped.get(fabric)
         if held is not None:
             now = time.monotonic()
-            lost = self._people.lost(fabric, now)[:MOST]
+            lost = self._people.lost(now).get(fabric, [])[:MOST]
             said = Stop(held.by, held.at, now - held.since, lost)
             question.answer(question.key, said.to_wire())
 

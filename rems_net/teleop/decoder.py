@@ -9,8 +9,10 @@ kitty.
 import re
 from typing import NamedTuple
 
-#: what a terminal is asked: its flags of the protocol, then its kind, which all answer
-QUESTION = b"\x1b[?u\x1b[c"
+#: asks a terminal for its kind, which all answer
+KIND = b"\x1b[c"
+#: asks a terminal for its flags of the protocol, then for its kind
+QUESTION = b"\x1b[?u" + KIND
 #: Flags 1 (escape codes are unambiguous), 2 (report releases), 8 (letters as codes),
 #: and reports when the window loses the focus.
 BEGIN = b"\x1b[>11u\x1b[?1004h"
@@ -28,10 +30,14 @@ _ANSWERED = re.compile(rb"\x1b\[\?[0-9;]*c")
 
 
 class KeyEvent(NamedTuple):
-    """A key that was pressed or released; `""` is released if the focus is lost."""
+    """A key that was pressed, repeated because it is held down, or released.
+
+    `""` is released if the focus is lost, and pressed if the terminal has answered.
+    """
 
     key: str
     pressed: bool = True
+    repeated: bool = False
 
 
 class Decoder:
@@ -91,6 +97,8 @@ def _sequence(match: re.Match[bytes]) -> list[KeyEvent]:
         key = _ARROWS.get(plain.decode())
         return [KeyEvent(key)] if key else []
     end = last.decode()
+    if end == "c" and words.startswith(b"?"):  # the answer to KIND
+        return [KeyEvent("")]
     if end in "IO" and not words:  # the focus: gained, lost
         return [KeyEvent("", False)] if end == "O" else []
     numbers = [part.split(b":") for part in words.split(b";")]
@@ -103,11 +111,11 @@ def _sequence(match: re.Match[bytes]) -> list[KeyEvent]:
         key = _CODES.get(code) or (chr(code).lower() if 32 < code < 0x110000 else "")
         if key == "c" and modifiers & _CTRL and event != 3:
             raise KeyboardInterrupt
-        if modifiers & _CTRL or not key.isprintable():
+        if (modifiers & _CTRL and event != 3) or not key.isprintable():
             return []
     else:
         return []
-    return [KeyEvent(key, event != 3)] if key else []
+    return [KeyEvent(key, event != 3, event == 2)] if key else []
 
 
 def _number(text: bytes) -> int:

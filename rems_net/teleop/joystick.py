@@ -7,11 +7,13 @@ values at the start), number.
 
 import os
 import select
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from struct import Struct
 from threading import Event, Thread
 
 from rems_net.errors import ExperimentError, some
+from rems_net.teleop.deadman import Deadman
 
 _RECORD = Struct("<IhBB")
 _AXIS, _AT_START = 2, 128
@@ -60,11 +62,14 @@ class Joystick:
     """The newest values of a gamepad's axes.
 
     axes: from -1 to 1, by number.  here: whether the gamepad is connected; else
-    everything is at rest.
+    everything is at rest.  deadman: whether its stick counts.
+
+    deflected: returns whether axes with these values drive.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, deflected: Callable[[Sequence[float]], bool] = any):
         self.path = path
+        self.deadman, self._deflected = Deadman(), deflected
         self.axes = [0.0] * AXES
         #: numbers of the axes that the gamepad has
         self.known: set[int] = set()
@@ -114,3 +119,7 @@ class Joystick:
         if kind & ~_AT_START == _AXIS and number < AXES:
             self.known.add(number)
             self.axes[number] = max(-1.0, value / _END)
+        deflected = self._deflected(self.axes)
+        if kind & _AT_START and deflected:
+            self.deadman = Deadman()  # it was pushed before: it has to rest once
+        self.deadman.sign(deflected)

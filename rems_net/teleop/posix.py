@@ -4,11 +4,13 @@ import os
 import select
 import sys
 import time
+from collections.abc import Set
 from contextlib import suppress
 
 from rems_net.teleop.decoder import (
     BEGIN,
     END,
+    KIND,
     QUESTION,
     Decoder,
     KeyEvent,
@@ -62,6 +64,11 @@ class PosixConsole:
     def read(self, seconds: float) -> list[KeyEvent]:
         """Return the events that came in this time, at the first that do."""
         return self._decoder.feed(self._bytes(seconds))
+
+    def ask(self, keys: Set[str]) -> bool:
+        """Ask the terminal for a sign, which `read` returns; return False."""
+        os.write(self._out, KIND)
+        return False
 
     def close(self) -> None:
         """Restore the terminal."""

@@ -5,11 +5,13 @@ which, so the axes are in the order in which Linux numbers those of an Xbox pad.
 """
 
 import os
+from collections.abc import Callable, Sequence
 from threading import Event, Thread
 from typing import Any
 
 from rems_net.errors import ExperimentError, some
 from rems_net.libraries import load
+from rems_net.teleop.deadman import Deadman
 from rems_net.teleop.joystick import AXES
 
 #: s. Between two looks at the gamepad; SDL has no call that waits without a window.
@@ -18,6 +20,8 @@ PERIOD = 0.01
 SEARCH = 0.5
 #: SDL's numbers of: left x and y, left trigger, right x and y, right trigger
 ORDER = (0, 1, 4, 2, 3, 5)
+#: buttons that SDL knows; one that is pressed or released is a sign of the gamepad, too
+BUTTONS = 15
 _END = 32767.0
 
 
@@ -29,7 +33,9 @@ class SdlPad:
     MissingPartError without the library.
     """
 
-    def __init__(self, device: str = ""):
+    def __init__(
+        self, device: str = "", deflected: Callable[[Sequence[float]], bool] = any
+    ):
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
         self._pygame = load("pygame", "gamepad")
         self._controller = load("pygame._sdl2.controller", "gamepad")
@@ -37,6 +43,9 @@ class SdlPad:
         self.path = f"number {device or 0}"
         self.axes = [0.0] * AXES
         self.known = {*range(len(ORDER))}
+        self.deadman, self._deflected = Deadman(), deflected
+        #: the newest values of its axes and buttons
+        self._newest: list[int] = []
         self.here = True
         self._ending, self._began = Event(), Event()
         self._error: ExperimentError | None = None
@@ -111,8 +120,13 @@ class SdlPad:
         if not pad.attached():
             self._leave()
             return
-        for i, number in enumerate(ORDER):
-            self.axes[i] = max(-1.0, pad.get_axis(number) / _END)
+        values = [pad.get_axis(number) for number in ORDER]
+        for i, value in enumerate(values):
+            self.axes[i] = max(-1.0, value / _END)
+        values += map(pad.get_button, range(BUTTONS))
+        if values != self._newest:  # SDL has no times of reports
+            self._newest = values
+            self.deadman.sign(self._deflected(self.axes))
 
     def _leave(self) -> None:
         """Put everything at rest: a gamepad that is gone holds no stick."""

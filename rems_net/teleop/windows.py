@@ -4,6 +4,7 @@ Source: Microsoft's documentation of ReadConsoleInput and KEY_EVENT_RECORD.
 """
 
 import ctypes
+from collections.abc import Set
 from ctypes import wintypes
 
 from rems_net.teleop.decoder import KeyEvent
@@ -44,6 +45,8 @@ class WindowsConsole:
         self._system = vars(ctypes)["windll"].kernel32
         self._system.GetStdHandle.restype = wintypes.HANDLE
         self._in = wintypes.HANDLE(self._system.GetStdHandle(_STD_INPUT_HANDLE))
+        self._is_down = vars(ctypes)["windll"].user32.GetAsyncKeyState
+        self._is_down.restype = ctypes.c_short
 
     def read(self, seconds: float) -> list[KeyEvent]:
         """Return the events that came in this time, at the first that do."""
@@ -55,6 +58,12 @@ class WindowsConsole:
         self._system.ReadConsoleInputW(self._in, records, 64, ctypes.byref(count))
         events = (_event(one) for one in records[: count.value])
         return [event for event in events if event is not None]
+
+    def ask(self, keys: Set[str]) -> bool:
+        """Return whether Windows reports one of these keys as held down now."""
+        codes = {name: code for code, name in _KEYS.items()}
+        each = (codes.get(key) or ord(key.upper()[0]) for key in keys)
+        return any(self._is_down(code) < 0 for code in each)
 
     def close(self) -> None:
         """Drop what was typed: the shell would read it."""

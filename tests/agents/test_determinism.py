@@ -13,8 +13,9 @@ import pytest
 
 from rems_net import Experiment
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.protocol.terms import Wait
 from rems_net.errors import RemsError
-from tests.agents.runs import PARTS, Router, Told, digest, in_one_host, until
+from tests.agents.runs import KEPT, PARTS, Router, Told, digest, in_one_host, until
 from tests.signals import freeze, thaw
 
 Change = Callable[[Experiment], object]
@@ -235,6 +236,7 @@ def test_a_router_that_is_killed_and_comes_back(
                 router.start()
 
         made = lab(150)
+        made.wait = Wait(back=KEPT)
         in_a_few(made)
         made.run(tmp_path / "a", show=Told(restart))
         assert digest(tmp_path / "a") == reference

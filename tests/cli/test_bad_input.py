@@ -128,8 +128,7 @@ TOML = [
     (
         "a duration of 0",
         ('"1 s"', "0"),
-        "lab.toml, [experiment]: duration is 0; expected more than 0 s and less than "
-        "1e9 s.",
+        "lab.toml, [experiment]: duration is 0; expected 1e-9 s to 1e9 s.",
     ),
     (
         "a duration that is no multiple of dt",
@@ -145,8 +144,8 @@ TOML = [
     (
         "a pace that is none",
         ("dt =", 'pace = "fats"\ndt ='),
-        "lab.toml, [experiment]: pace is 'fats'; expected \"fast\" or a real-time "
-        "factor above 0, such as 1.0. Did you mean 'fast'?",
+        "lab.toml, [experiment]: pace is 'fats'; expected \"fast\" or a factor of real "
+        "time, 0.001 to 10000, such as 1.0. Did you mean 'fast'?",
     ),
     (
         "two agents of one name",

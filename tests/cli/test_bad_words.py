@@ -34,8 +34,13 @@ pytestmark = pytest.mark.usefixtures("nothing_starts")
         ),
         (
             ["run", "lab.toml", "--pace", "x"],
-            "pace is 'x'; expected \"fast\" or a real-time factor above 0, such as "
-            "1.0.",
+            "pace is 'x'; expected \"fast\" or a factor of real time, 0.001 to 10000, "
+            "such as 1.0.",
+        ),
+        (
+            ["run", "lab.toml", "--pace", "5e-324"],
+            "pace is '5e-324'; expected \"fast\" or a factor of real time, 0.001 to "
+            "10000, such as 1.0.",
         ),
         (
             ["run", "lab.toml", "--out", "keys.csv"],

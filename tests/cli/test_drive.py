@@ -25,7 +25,7 @@ else:
 
 
 KITTY, PLAIN = b"\x1b[?0u\x1b[?62c", b"\x1b[?62c"
-UP, RELEASED = b"\x1b[1;1:1A", b"\x1b[1;1:3A"
+UP, REPEATED, RELEASED = b"\x1b[1;1:1A", b"\x1b[1;1:2A", b"\x1b[1;1:3A"
 
 
 class Window:
@@ -103,6 +103,39 @@ def test_keys_that_are_held_and_released(still: Fabric) -> None:
         assert opened.end() == 130
         assert opened.restored
         assert opened.out.endswith(b"\x1b[?1004l\x1b[<u")
+
+
+def test_a_line_that_freezes_with_a_key_down(still: Fabric) -> None:
+    """A terminal that answers holds its key; one that does not has let it go."""
+    proxy = still.robot("alice")
+    with window(KITTY, "robot/alice") as opened:
+        opened.shows("Ctrl+C ends it.")
+        opened.type(UP)
+        asked = len(opened.out) + 1
+        until(lambda: opened.read() and opened.out.count(b"\x1b[c", asked) > 8)
+        before = proxy.state.x
+        until(lambda: opened.read() and proxy.state.x > before + 0.01)
+        opened.answer = b""
+        opened.stands(proxy)
+        opened.shows("gave no sign for 1 s while a key was held down")
+        opened.answer = KITTY
+        opened.type(REPEATED)  # the line is back, and the key still down
+        opened.stands(proxy)
+        before = proxy.state.x
+        opened.type(RELEASED + UP)
+        until(lambda: opened.read() and proxy.state.x > before + 0.01)
+        opened.type(RELEASED)
+
+
+def test_a_key_that_was_down_before(still: Fabric) -> None:
+    proxy = still.robot("alice")
+    before = proxy.state.x
+    with window(KITTY, "robot/alice") as opened:
+        opened.shows("Ctrl+C ends it.")
+        for _ in range(5):
+            opened.type(REPEATED)
+            opened.stands(proxy)
+        assert proxy.state.x == before
 
 
 def test_a_terminal_without_releases(still: Fabric) -> None:

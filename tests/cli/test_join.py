@@ -98,7 +98,7 @@ def test_it_cannot_be_kept(rems: Run, tmp_path: Path) -> None:
         done = rems("router", "use", router.endpoint)
     assert done.returncode == 2
     where = tmp_path / "config" / "rems_net" / "router.json"
-    reason = reason_of(where.parent.mkdir)
+    reason = reason_of(lambda: where.parent.mkdir(parents=True, exist_ok=True))
     assert done.stderr == (
         f"rems: Cannot remember {router.endpoint} in {where}: {reason}. Set "
         f"REMS_ROUTER to {router.endpoint} instead."

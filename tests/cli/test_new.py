@@ -1,5 +1,6 @@
 """`rems new`: short files that run at once, in every way that they say."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -160,6 +161,8 @@ def test_a_folder_that_cannot_be_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Root may write anywhere, so: a folder that is gone."""
+    if sys.platform == "win32":
+        pytest.skip("Windows removes no folder in which a program is")
     gone = tmp_path / "gone"
     gone.mkdir()
     monkeypatch.chdir(gone)

@@ -138,8 +138,8 @@ def test_its_own_exit_status(folder: Path, rems: Run) -> None:
         ),
         (
             WEAVE + 'lab.run(pace="fats")\n',
-            "weave.py, line 20: pace is 'fats'; expected \"fast\" or a real-time "
-            "factor above 0, such as 1.0. Did you mean 'fast'?",
+            "weave.py, line 20: pace is 'fats'; expected \"fast\" or a factor of real "
+            "time, 0.001 to 10000, such as 1.0. Did you mean 'fast'?",
         ),
         (
             WEAVE,

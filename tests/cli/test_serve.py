@@ -213,4 +213,4 @@ def test_a_line_on_its_terminal() -> None:
         "router", "serve", "--listen", endpoint, typed=b"s\n", awaited=b"Let "
     )
     assert "To stop all robots, type here: s (and Enter)." in shown
-    assert "there is no robot" in shown  # to stop; or no run, that early
+    assert "no robot" in shown  # is there; or no run, that early

@@ -61,11 +61,8 @@ def test_one_does_not_answer_and_one_moves(robots: Robots, rems: Run) -> None:
 def test_no_robot(robots: Robots, rems: Run) -> None:
     robots("clock=robot/a")
     done = rems("stop")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.endswith(
-        ": there is no robot to stop on 'rems'. The router keeps STOP for whoever "
-        "comes. Type: rems list --all (R0618)\n"
-    )
+    text = "no robot is there; one that comes will stand\n"
+    assert (done.returncode, done.stdout) == (1, text + FREE)
 
 
 def test_the_clock_releases(robots: Robots, program: Run) -> None:

@@ -207,8 +207,8 @@ def test_pause_step_resume_and_pace(fabric: Fabric) -> None:
     with pytest.raises(AgentError) as caught:
         fabric.clock("pace", "fst")
     assert str(caught.value) == (
-        "clock: pace is 'fst'; expected \"fast\" or a real-time factor, such as 1.0. "
-        "Did you mean 'fast'?"
+        "clock: pace is 'fst'; expected \"fast\" or a factor of real time, 0.001 to "
+        "10000, such as 1.0. Did you mean 'fast'?"
         " (R0408)"
     )
 

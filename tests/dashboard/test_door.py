@@ -177,7 +177,7 @@ def test_a_request_that_does_not_fit_is_answered_in_a_sentence(port: Port) -> No
         for words, sentence in (
             ({"do": "reboot"}, "unknown deed"),
             ({"do": "step", "count": 1e9}, "1 to 1000 ticks"),
-            ({"do": "pace", "pace": -1}, "more than 0"),
+            ({"do": "pace", "pace": -1}, "a factor of real time, 0.001 to"),
             ({"put": "robot/a/command", "values": {}}, "unknown deed"),
             ({"do": "pause"}, "no experiment runs"),
             ([1], "no message of the page"),

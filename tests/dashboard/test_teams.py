@@ -174,3 +174,30 @@ def test_a_student_sees_the_own_team_and_no_other(school: Class, tab: Browser) -
     tab.until(f"{row('team1')}?.robots === 1")
     assert not tab.run(f"{row('team1')}.stopped")
     until(lambda: not tab.errors)
+
+
+def test_the_large_stop_is_for_all_while_the_grid_is_shown(
+    school: Class, tab: Browser
+) -> None:
+    """By the space bar, too; it counts robots, and names who has said it."""
+    tab.go(school.teacher)
+    tab.until(f"{row('team1')}?.robots === 1 && rems.teams.tiles.has('team1')")
+    stop = "document.querySelector('#stop')"
+    tab.until(f"{stop}.innerText === 'STOP all'")
+    release = "document.querySelector('#release')"
+    for by_key in (False, True):
+        if by_key:
+            tab.key(" ", "Space", " ")
+        else:
+            tab.click(stop)
+        tab.until(f"{row('team1')}.stopped && {row('rems')}.stopped")
+        lights = "document.querySelector('#lights').innerText"
+        tab.until(f"{lights}.includes('STOP holds in 2 of 3: 1 of 1 robots stand')")
+        assert "R0618" not in tab.run("document.querySelector('#log').innerText")
+        tab.click(release, hold=f"!{row('team1')}.stopped && !{row('rems')}.stopped")
+    tab.click("rems.teams.tiles.get('team1').stop")
+    tab.until(f"{row('team1')}.stopped")
+    tab.go(school.teacher.replace("/#", "/?fabric=team1#"))
+    light = "STOP by tess on 127.0.0.1 holds: 1 of 1 robots stand"
+    tab.until(f"document.querySelector('#lights').innerText.includes('{light}')")
+    tab.click(release, hold=f"{release}.hidden")

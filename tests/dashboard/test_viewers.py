@@ -30,6 +30,7 @@ from tests.commands import fetched
 from tests.dashboard.test_drive_page import stands
 from tests.dashboard.test_page import Lab
 from tests.firmware.posix.valve import Valve
+from tests.interrupts import APART, interrupt
 
 BOT = "/robot/bot/command"
 TWIST = "geometry_msgs/Twist"
@@ -281,7 +282,8 @@ def test_who_gets_in(lab: Viewed) -> None:
 
 
 def test_it_ends_while_viewers_leave(lab: Viewed) -> None:
-    page = lab.start("dashboard", "--no-qr", "--viewers", stdout=subprocess.PIPE)
+    words = "dashboard", "--no-qr", "--viewers"
+    page = lab.start(*words, stdout=subprocess.PIPE, **APART)
     try:
         assert page.stdout is not None
         found = (re.search(r"ws://\S+", line) for line in page.stdout)
@@ -289,7 +291,7 @@ def test_it_ends_while_viewers_leave(lab: Viewed) -> None:
         with viewer(url) as one, viewer(url) as other:
             one.look("/tf")
             other.look("/tf")
-        page.terminate()  # their tasks are being cancelled
+        interrupt(page)  # their tasks are being cancelled
         assert page.wait(20) == INTERRUPTED
     finally:
         page.kill()

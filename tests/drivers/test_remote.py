@@ -2,7 +2,6 @@
 
 import math
 import os
-import signal
 import subprocess
 from collections.abc import Iterator
 from typing import Any
@@ -21,6 +20,7 @@ from tests.agents.runs import Router, until
 from tests.commands import command
 from tests.drivers import alone
 from tests.drivers.hardware.parts import Cart
+from tests.interrupts import APART, interrupt
 
 THERE = """\
 [experiment]
@@ -66,14 +66,16 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with Router() as router:
         words = command("run", "there.toml", "--fabric", "there", "--out", "out")
         env = os.environ | {"REMS_ROUTER": router.endpoint}
-        run = subprocess.Popen(words, cwd=folder, env=env, stdout=subprocess.DEVNULL)
+        run = subprocess.Popen(
+            words, cwd=folder, env=env, stdout=subprocess.DEVNULL, text=True, **APART
+        )
         try:
             with client.join("there", at=router.endpoint) as found:
                 until(lambda: found.session.who("there/robot/bot/@alive"), 30)
                 found.agents()
             yield router.endpoint
         finally:
-            run.send_signal(signal.SIGINT)
+            interrupt(run)
             run.wait(20)
 
 

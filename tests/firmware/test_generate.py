@@ -69,21 +69,22 @@ def test_a_stale_firmware_is_told(
     firmware: Path, mine: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["board", "generate", "--into", "firmware/core"]
+    core = Path("firmware", "core")
     own = [*words, "--definition", mine]
     assert main([*words, "--check"]) == 0
     assert capsys.readouterr() == ("", "")
     assert main([*own, "--check"]) == 1
     assert capsys.readouterr().err == (
-        "rems: firmware/core/woodbot_schemas.h and firmware/core/woodbot_schemas.c are "
+        f"rems: {core / 'woodbot_schemas.h'} and {core / 'woodbot_schemas.c'} are "
         "stale. Type the same line without --check\n"
     )
     assert main(own) == 0
     assert capsys.readouterr().out == (
-        "Wrote firmware/core/woodbot_schemas.h\nWrote firmware/core/woodbot_schemas.c\n"
+        f"Wrote {core / 'woodbot_schemas.h'}\nWrote {core / 'woodbot_schemas.c'}\n"
     )
     assert main([*own, "--check"]) == 0
     assert main(own) == 0
-    assert capsys.readouterr().out == "firmware/core is up to date.\n"
+    assert capsys.readouterr().out == f"{core} is up to date.\n"
     (firmware / "core" / "woodbot_schemas.c").unlink()
     assert main([*own, "--check"]) == 1
     assert "woodbot_schemas.c is stale" in capsys.readouterr().err

@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from rems_net import Experiment
+from rems_net.agents.wall import wall
 from rems_net.errors import AgentError, ExperimentError
 from rems_net.events import Event, listening
 from rems_net.teleop import joystick
+from rems_net.teleop.deadman import SILENT
 from tests.inputs.stepping import moves
 
 if sys.platform == "win32":
@@ -68,14 +70,65 @@ def test_a_pad_that_is_pulled_out_is_at_rest(tmp_path: Path) -> None:
     end = os.open(path, os.O_RDWR)
     events: list[Event] = []
     with listening(events.append), lab(path).engine() as engine:
-        os.write(end, START + axis(1, -32767))
+        os.write(end, START)
         stick = engine["input/pad"]
+        engine.step(1)
+        os.write(end, axis(1, -32767))
         moves(engine, lambda: stick.value["ahead"] == 100)
         os.close(end)
         moves(engine, lambda: stick.value["ahead"] == 0)
         assert [e.text for e in events if e.kind == "gamepad"] == [
             f"the gamepad at {path} is gone: its stick is at rest"
         ]
+
+
+def test_a_pad_that_goes_silent_is_at_rest(pad: tuple[Path, int]) -> None:
+    """As a wireless one does that goes out of range; its stick must rest once then."""
+    path, end = pad
+    events: list[Event] = []
+    with listening(events.append), lab(path).engine() as engine:
+        stick = engine["input/pad"]
+        engine.step(1)
+        os.write(end, axis(1, -32767))
+        moves(engine, lambda: stick.value["ahead"] == 100)
+        begun = wall()
+
+        def trembles() -> bool:
+            os.write(end, axis(1, -32767))
+            return wall() > begun + 1.5 * SILENT
+
+        moves(engine, trembles)
+        assert stick.value["ahead"] == 100
+        moves(engine, lambda: stick.value["ahead"] == 0)
+        (said,) = [e.text for e in events if e.kind == "gamepad"]
+        assert said.startswith(f"the gamepad at {path} has sent nothing for 1 s while")
+        os.write(end, axis(1, -30000))  # it is back, and still pushed
+        moves(engine, lambda: engine["input/pad"]._joystick.axes[1] > -0.95)
+        assert stick.value["ahead"] == 0
+        os.write(end, axis(1, 0) + axis(1, -32767))
+        moves(engine, lambda: stick.value["ahead"] == 100)
+
+
+def test_a_stick_that_is_pushed_at_the_start(tmp_path: Path) -> None:
+    path = tmp_path / "js0"
+    os.mkfifo(path)
+    end = os.open(path, os.O_RDWR)
+    os.write(end, START + struct.pack("<IhBB", 1000, -32767, 0x82, 1))
+    events: list[Event] = []
+    with listening(events.append), lab(path).engine() as engine:
+        moves(engine, lambda: [e for e in events if e.kind == "gamepad"])
+        (said,) = [e.text for e in events if e.kind == "gamepad"]
+        assert said == (
+            f"the gamepad at {path} is pushed at the start: let its stick go once, and "
+            "it drives"
+        )
+        stick = engine["input/pad"]
+        os.write(end, axis(1, -32000))
+        moves(engine, lambda: engine["input/pad"]._joystick.axes[1] > -0.99)
+        assert stick.value["ahead"] == 0
+        os.write(end, axis(1, 0) + axis(1, -32767))
+        moves(engine, lambda: stick.value["ahead"] == 100)
+    os.close(end)
 
 
 def test_an_axis_that_it_does_not_have(pad: tuple[Path, int]) -> None:

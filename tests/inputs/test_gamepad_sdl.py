@@ -90,6 +90,7 @@ def test_the_stick_drives_until_it_is_pulled_out(sdl: Sdl) -> None:
         stick, wood = engine["input/pad"], engine["robot/wood"]
         engine.step(1)
         assert stick.value == stick.value.schema()
+        moves(engine, lambda: stick._joystick.deadman.drives)
         sdl.push(UP, -1.0)
         moves(engine, lambda: stick.value["ahead"] == 100)
         sdl.push(UP, 0.0)
@@ -101,6 +102,26 @@ def test_the_stick_drives_until_it_is_pulled_out(sdl: Sdl) -> None:
         (said,) = [one.text for one in events if one.kind == "gamepad"]
         assert said.startswith("the gamepad at number 0 (")
         assert said.endswith(") is gone: its stick is at rest")
+
+
+def test_a_pad_that_goes_silent_is_at_rest(sdl: Sdl) -> None:
+    sdl.plug()
+    events: list[Event] = []
+    with listening(events.append), lab().engine() as engine:
+        stick = engine["input/pad"]
+        moves(engine, lambda: engine["input/pad"]._joystick.deadman.drives)
+        sdl.push(UP, -1.0)
+        moves(engine, lambda: stick.value["ahead"] == 100)
+        moves(engine, lambda: stick.value["ahead"] == 0)
+        (said,) = [one.text for one in events if one.kind == "gamepad"]
+        assert "has sent nothing for 1 s while its stick was pushed" in said
+        sdl.push(UP, -0.9)  # it is back, and still pushed
+        moves(engine, lambda: engine["input/pad"]._joystick.axes[1] > -0.95)
+        assert stick.value["ahead"] == 0
+        sdl.push(UP, 0.0)
+        moves(engine, lambda: engine["input/pad"]._joystick.deadman.drives)
+        sdl.push(UP, -1.0)
+        moves(engine, lambda: stick.value["ahead"] == 100)
 
 
 def test_none_and_two(sdl: Sdl) -> None:

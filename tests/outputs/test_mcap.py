@@ -16,6 +16,7 @@ from rems_net.agents.clock.clock import Clock
 from rems_net.agents.experiment.show import Show
 from rems_net.agents.host.outlet import CROWD
 from rems_net.agents.protocol.plan import HERE
+from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.tick import Tick
 from rems_net.defdict import (
     Batch,
@@ -34,7 +35,7 @@ from rems_net.pictures import is_picture, pixels
 from rems_net.recordings.mcap import derived
 from rems_net.recordings.mcap.derived import FEW, Poses
 from rems_net.recordings.mcap.reader import McapFile
-from tests.agents.runs import Router, Told, in_one_host, until
+from tests.agents.runs import KEPT, Router, Told, in_one_host, until
 from tests.agents.test_determinism import in_a_few, lab as carts
 
 ODD = Schema(
@@ -410,6 +411,7 @@ def test_a_crowd_of_which_messages_are_lost(
 
     def recorded(out: Path, **more: Any) -> dict[str, bytes]:
         made = swarm()
+        made.wait = Wait(back=KEPT)
         made.output("rec", "mcap")
         made.output("csv", "csv")
         made.run(out, **more)

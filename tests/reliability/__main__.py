@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tests.reliability import (
     attacks,
+    crossings,
     faults,
     firmware,
     floods,
@@ -26,13 +27,16 @@ from tests.reliability.scene import PLACES
 
 DEVICES = [name for name, robot in ROBOTS.items() if robot.emulated]
 PAGE = Path(__file__).parents[2] / "docs" / "measured" / "reliability.md"
-ALL = ("rig", "standstill", "devices", "stop", "floods", "faults", "attacks", "hands")
+ALL = (
+    *("rig", "standstill", "devices", "stop", "floods", "faults", "attacks", "hands"),
+    "crossings",
+)
 #: tables whose rows can be measured one by one
-MENDED = ("standstill", "devices", "faults", "attacks", "hands")
+MENDED = ("standstill", "devices", "faults", "attacks", "hands", "crossings")
 #: tables of robots at several places; of devices only the drivers differ
 PLACED = ("standstill", "devices")
 #: tables that need no machines of their own
-HERE = (*PLACED, "attacks", "hands")
+HERE = (*PLACED, "attacks", "hands", "crossings")
 EXAMPLES = """examples:
   python -m tests.reliability                           all of it, hours; root
   python -m tests.reliability standstill --trials 1     one trial of each row
@@ -43,6 +47,7 @@ EXAMPLES = """examples:
   python -m tests.reliability attacks                   minutes; no root
   python -m tests.reliability hands --trials 3          needs Chromium, no root
   python -m tests.reliability faults --trials 2 --rows router clock
+  python -m tests.reliability crossings --rows cable holder    no root
 """
 
 
@@ -138,6 +143,13 @@ class Suite:
         some = [way for way in hands.WAYS if _wanted(way.title, self.given.rows)]
         trials = self.given.trials or 100
         return hands.section(hands.measure(some, trials, self.folder, self.say))
+
+    def crossings(self) -> page.Section:
+        some = [name for name in crossings.SILENT if _wanted(name, self.given.rows)]
+        robots = crossings.ROBOTS
+        trials = self.given.trials or 5
+        found = crossings.measure(some, robots, trials, self.folder, self.say)
+        return crossings.section(found)
 
     def stop(self) -> page.Section:
         found = []

@@ -15,7 +15,8 @@ from tests.reliability.browsing import KEY, Said, Scene
 from tests.reliability.page import Section, table
 
 STICK = (
-    "window.pad = {mapping: 'standard', index: 0, id: 'a', axes: [0, -0.8, 0, 0]}; 1"
+    "window.pad = {mapping: 'standard', index: 0, id: 'a', axes: [0, -0.8, 0, 0],"
+    " get timestamp() { return performance.now(); }}; 1"
 )
 #: focus in a frame of the page takes it from the page, as another window does
 BLUR = (

@@ -12,8 +12,9 @@ class Tried:
     """A robot of the tables.
 
     parts: a file with `Commander`, `FreeCommander`, `Relay` and `Model`. where: the
-    option that names its line. emulated: a name of `rems board emulate`; "" for the
-    cart of `programs/device.py`. command: what a program outside says, as a map.
+    option that names its line; "" for a robot without a device. emulated: a name of
+    `rems board emulate`; "" for the cart of `programs/device.py`. command: what a
+    program outside says, as a map.
     """
 
     title: str
@@ -47,6 +48,8 @@ ROBOTS = {
         where="url",
         emulated="woodbot-ws",
     ),
+    "kinematic": Tried("Kinematic", WHEELS, "woodbot", f"{WHEELS}:Modelled", where=""),
+    "mujoco": Tried("MuJoCo", WHEELS, "woodbot", f"{WHEELS}:Simulated", where=""),
     # On an open fabric, by `firmware.py`: it has no driver.
     "woodbot": Tried(
         "Woodbot, own firmware", WHEELS, "woodbot", "", emulated="woodbot"

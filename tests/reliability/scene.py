@@ -55,7 +55,7 @@ definition = "{definition}"
 driver = "{driver}"
 {command}
 host = "driven-{host}"
-options = {{ {where} = "{port}" }}
+{options}
 {bot}
 """
 
@@ -141,17 +141,8 @@ class Scene:
         rig = self.rig
         if self.apart:
             rig.connect(self.hub, self.lab, self.desk, self.bot)
-        kind = self.tried.emulated
-        program = "emulated" if kind else "device"
-        words = (kind,) if kind else ("--robots", self.robots)
-        device = rig.module(
-            f"tests.reliability.programs.{program}",
-            *(self._log, *words),
-            machine=self.bot,
-        )
-        ports = json.loads(device.wait_for("^{.*").group())["ports"]
         self._file = self.folder / "lab.toml"
-        self._file.write_text(self._text(ports), encoding="utf-8")
+        self._file.write_text(self._text(self._devices()), encoding="utf-8")
         if self.place != "alone":
             self.router, self.endpoint = rig.router(self.hub)
         run = ("run", self._file, "--out", self.out)
@@ -172,6 +163,20 @@ class Scene:
             self._command_from_a_run("rems/robot/driven0")
         self.wait_until_moving(40.0)
 
+    def _devices(self) -> list[str]:
+        """Start the devices, and return their ports."""
+        kind = self.tried.emulated
+        program = "emulated" if kind else "device"
+        words = (kind,) if kind else ("--robots", self.robots)
+        self.device = self.rig.module(
+            f"tests.reliability.programs.{program}",
+            *(self._log, *words),
+            machine=self.bot,
+        )
+        told = json.loads(self.device.wait_for("^{.*").group())
+        ports: list[str] = told["ports"]
+        return ports
+
     def _text(self, ports: Sequence[str]) -> str:
         """The experiment, as a file."""
         kind, source = COMMANDERS[self.commander]
@@ -180,7 +185,6 @@ class Scene:
             "parts": tried.parts,
             "definition": tried.definition,
             "driver": tried.driver,
-            "where": tried.where,
             "command": f'command = "{source}"' if source else "",
             "desk": "",
             "bot": "",
@@ -196,7 +200,9 @@ class Scene:
             parts.append(RELAY.format(**told))
         parts.append(OTHER.format(**told))
         for i, port in enumerate(ports):
-            parts.append(DRIVEN.format(i=i, port=port, host=i % self.hosts, **told))
+            options = f'options = {{ {tried.where} = "{port}" }}' if tried.where else ""
+            host = i % self.hosts
+            parts.append(DRIVEN.format(i=i, options=options, host=host, **told))
         return "".join(parts)
 
     def _beside(self, named: object) -> str:

@@ -4,6 +4,7 @@ Its drivers are those that ship; each leaves its process id in `out`.
 """
 
 import threading
+import time
 
 from rems_net import In, Out, Schema, Tick
 from rems_net.agents.robot import Driver
@@ -12,6 +13,7 @@ from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
 from rems_net.drivers.hardware.woodbot_websocket import OriginalFirmware
 from rems_net.drivers.kinematic.kinematic import Kinematic
+from rems_net.drivers.physics.mujoco import Mujoco
 from rems_net.drivers.remote import Remote
 from tests.reliability import parts
 
@@ -69,6 +71,28 @@ class Known(Driver):
 
 class Elsewhere(Known, Remote):
     """The robot of another run."""
+
+
+class Logging(Driver):
+    """A robot of fabric time that logs, for each tick, when it came and if it moves."""
+
+    def open(self) -> None:
+        super().open()
+        parts.leave_pid(self)
+
+    def drive(self, command: DefDict, dt: float) -> None:
+        super().drive(command, dt)
+        moves = any(command[path] for path in COMMAND.paths)
+        with (self.out / "moves.log").open("a", encoding="utf-8") as log:
+            print(time.monotonic(), moves, file=log)
+
+
+class Modelled(Logging, Kinematic):
+    """A robot by its equations."""
+
+
+class Simulated(Logging, Mujoco):
+    """A robot in MuJoCo."""
 
 
 class Create2(Known, OpenInterface):

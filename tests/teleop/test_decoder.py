@@ -15,7 +15,8 @@ TABLE = [
     (b"\x1b[A", [KeyEvent("up")]),
     (b"\x1bOB", [KeyEvent("down")]),
     (b"\x1b[1;1:1C", [KeyEvent("right")]),
-    (b"\x1b[1;1:2C", [KeyEvent("right")]),
+    (b"\x1b[1;1:2C", [KeyEvent("right", repeated=True)]),
+    (b"\x1b[119;1:2u", [KeyEvent("w", repeated=True)]),
     (b"\x1b[1;1:3D", [KeyEvent("left", False)]),
     (b"\x1b[119u", [KeyEvent("w")]),
     (b"\x1b[119;1:3u", [KeyEvent("w", False)]),
@@ -30,6 +31,8 @@ TABLE = [
     (b"w ", [KeyEvent("w"), KeyEvent("space")]),
     (b"W", [KeyEvent("w")]),
     (b"\x1b[97;5u", []),  # Ctrl+A
+    (b"\x1b[97;5:3u", [KeyEvent("a", False)]),  # let go while Ctrl is held
+    (b"\x1b[?62;22c", [KeyEvent("")]),  # the terminal's answer
     (b"\x1b[3~", []),
     (b"\x01\x02", []),
 ]
@@ -47,7 +50,7 @@ def test_ctrl_c_works_in_all_of_them(sent: bytes) -> None:
 
 
 def test_the_release_of_ctrl_c_is_no_ctrl_c() -> None:
-    assert Decoder().feed(b"\x1b[99;5:3u") == []
+    assert Decoder().feed(b"\x1b[99;5:3u") == [KeyEvent("c", False)]
 
 
 @given(st.lists(st.sampled_from(TABLE)), st.data())

@@ -11,7 +11,7 @@ import struct
 import subprocess
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -79,14 +79,26 @@ class Console:
 
 
 @contextmanager
-def console(windows: Windows, folder: Path, *words: str | Path) -> Iterator[Console]:
-    """Run a program of Windows in a console of its own; end it after the block."""
+def console(
+    windows: Windows,
+    folder: Path,
+    *words: str | Path,
+    enter: Sequence[str] = (),
+    **more: str,
+) -> Iterator[Console]:
+    """Run a program of Windows in a console of its own; end it after the block.
+
+    enter: the words that start it on another machine; more: variables.
+    """
     ours, theirs = os.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", *SIZE, 0, 0))
+    modes = termios.tcgetattr(theirs)
+    modes[0] &= ~termios.ICRNL  # else Enter becomes Ctrl+J
+    termios.tcsetattr(theirs, termios.TCSANOW, modes)
     process = subprocess.Popen(
-        ["setsid", "--ctty", "wine", *map(str, words)],
+        [*enter, "setsid", "--ctty", "wine", *map(str, words)],
         cwd=folder,
-        env=windows.environment | {"TERM": "xterm"},
+        env=windows.environment | {"TERM": "xterm"} | more,
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,

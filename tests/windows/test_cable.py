@@ -162,7 +162,7 @@ def bench(
     with ExitStack() as stack:
         devices = {}
         for name, port in PORTS.items():
-            link = windows.folder / "prefix" / "dosdevices" / port.lower()
+            link = windows.prefix / "dosdevices" / port.lower()
             link.unlink(missing_ok=True)
             emulator = Emulator(DEVICES[name](), Terminal(link))
             devices[name] = stack.enter_context(emulator)

@@ -1,10 +1,10 @@
 """The lesson of docs/class.md, with the first student's laptop under Wine."""
 
 import os
-import shutil
 import signal
 import subprocess
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,7 @@ from tests.network.lab import Lab
 from tests.network.lesson import LAPTOPS, SOON, Lesson, Step, steps
 from tests.reliability.rig.programs import Program
 from tests.reliability.rig.rig import HERE, Rig, missing
+from tests.windows.console import Console, console
 from tests.windows.wine import Windows
 
 pytestmark = [
@@ -85,28 +86,25 @@ class MixedLab(Mixed, Lab):
 
     student = "b"
 
+    def typed(self, *words: str, router: str) -> AbstractContextManager[Console]:
+        """Type `rems` with these words in a console of the student's laptop."""
+        return console(
+            self.system,
+            self.folder,
+            self.system.exe,
+            "-m",
+            "rems_net",
+            *words,
+            enter=self._enter[self.student],
+            REMS_ROUTER=router,
+        )
+
 
 @pytest.fixture
-def apart(windows: Windows, tmp_path: Path) -> Iterator[Windows]:
-    """A system with a server of its own, which starts in the student's namespace."""
-
-    class Apart(Windows):
-        """Windows' Python of one folder, with another's system."""
-
-        @property
-        def environment(self) -> dict[str, str]:
-            return super().environment | {"WINEPREFIX": str(tmp_path / "prefix")}
-
-    shutil.copytree(
-        windows.folder / "prefix",
-        tmp_path / "prefix",
-        symlinks=True,
-        ignore=shutil.ignore_patterns("Temp", "com?"),
-    )
-    made = Apart(windows.folder)
-    yield made
-    made.end()
-    shutil.rmtree(tmp_path / "prefix")
+def apart(kept: Windows, tmp_path: Path) -> Iterator[Windows]:
+    """A system whose server starts in the student's namespace."""
+    with kept.copied(tmp_path / "prefix") as copy:
+        yield copy
 
 
 def test_the_lesson_with_a_student_on_windows(apart: Windows, tmp_path: Path) -> None:
@@ -122,7 +120,7 @@ def test_the_lesson_with_a_student_on_windows(apart: Windows, tmp_path: Path) ->
 
 
 def test_a_robot_that_windows_brings(apart: Windows, tmp_path: Path) -> None:
-    """The recording has the bytes of the run on one machine."""
+    """By the line of the page; the recording has the bytes of one machine's run."""
     with MixedLab(tmp_path / "lab") as lab:
         lab.system = apart
         lab.build()
@@ -130,7 +128,49 @@ def test_a_robot_that_windows_brings(apart: Windows, tmp_path: Path) -> None:
         lab.file(duration=3)
         lab.says("a", "run", "lab.toml", "--alone", "--out", "alone")
         _, endpoint = lab.router("hub")
-        run, bring = lab.run_and_bring(endpoint)
-        assert run.process.wait(SOON) == 0, run.text() + bring.text()
+        run = lab.rems("run", "lab.toml", "--out", "here", machine="a", router=endpoint)
+        run.wait_for("fabric at", SOON)
+        with lab.typed("agent", "bring", "--as", "b", router=endpoint) as shown:
+            shown.wait_for(r"Start it\? \[y/N\]", SOON)
+            shown.type("y\r")
+            shown.wait_for("The run has ended", SOON)
+            assert shown.status() == 0, shown.text
+        assert run.process.wait(SOON) == 0, run.text()
         assert lab.rows() == 60
         assert lab.digest("here") == lab.digest("alone")
+
+
+def test_a_router_that_has_moved(apart: Windows, tmp_path: Path) -> None:
+    """The student's laptop is told so, and joins the new address."""
+    with MixedLab(tmp_path / "lab") as lab:
+        lab.system = apart
+        served = lab.build().serve()
+        lab.services()
+        lab.says("b", "router", "use", "10.77.0.1")
+        zoe = lab.zoe(machine="b")
+        served.wait_for("^robot/zoe on ", SOON)
+        served.kill()
+        moved = lab.serve(machine="c")
+        sentence = "no router answers at tcp/10.77.0.1:7447 any more; waiting. If it "
+        zoe.wait_for(f"^warning: {sentence}", SOON)
+        zoe.kill()
+        assert "type: rems router forget" in lab.says("b", "list", status=2)
+        assert "There: nobody yet." in lab.says("b", "router", "use", "10.77.0.4")
+        lab.zoe(machine="b")
+        moved.wait_for("^robot/zoe on ", SOON)
+
+
+def test_the_page_of_a_run_on_windows(apart: Windows, tmp_path: Path) -> None:
+    """A browser of Linux looks at it from another machine."""
+    with MixedLab(tmp_path / "lab") as lab:
+        lab.system = apart
+        lab.build()
+        lab.services()
+        lab.file(duration=300, pace=1)
+        _, endpoint = lab.router("hub")
+        run = lab.rems("run", "lab.toml", "--alone", machine="b", router=endpoint)
+        run.wait_for("fabric at", SOON)
+        served = lab.rems("dashboard", "--no-qr", machine="a", router=endpoint)
+        link = served.wait_for(r"http://\S+", SOON)[0]
+        looking = lab.module("tests.windows.looking", link, "two", machine="a")
+        assert looking.process.wait(SOON) == 0, looking.text()

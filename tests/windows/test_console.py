@@ -71,6 +71,12 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+ASKS = """\
+from rems_net.teleop.windows import WindowsConsole
+print("asked:", WindowsConsole().ask({"w", "up", "shift", "\u00df", "."}))
+"""
+
+
 def left(windows: Windows) -> list[str]:
     """Return the programs with Python that still run in Windows."""
     listed = windows.run("tasklist").splitlines()
@@ -114,6 +120,14 @@ def test_a_robot_is_driven_by_the_keys_of_a_console(
             shown.type("\x03")
             shown.status()
         run.kill()
+
+
+def test_it_is_asked_whether_keys_are_down(windows: Windows, tmp_path: Path) -> None:
+    """None is here: those of any keyboard, with names of one letter that are two."""
+    (tmp_path / "asks.py").write_text(ASKS, encoding="utf-8")
+    with console(windows, tmp_path, windows.exe, "asks.py") as shown:
+        shown.wait_for("asked: False")
+        assert shown.status() == 0
 
 
 def moved(log: Path) -> bool:

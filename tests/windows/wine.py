@@ -14,7 +14,8 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Timer
 from typing import Any
@@ -43,6 +44,8 @@ __declspec(dllexport) BOOL ProcessPrng(PBYTE data, SIZE_T size)
 """
 #: written last: a folder with it is complete; what its packages were installed for
 DONE, INSTALLED = "complete.txt", "installed.toml"
+#: held by the program that makes the folder
+LOCK = "lock"
 
 
 def missing() -> str:
@@ -54,11 +57,13 @@ def missing() -> str:
 class Windows:
     """A folder with Wine's system and Windows' Python.
 
-    folder: outside the checkout; it grows to about 1 GB.
+    folder: outside the checkout; it grows to about 2 GB.
+    prefix: the system's own folder, if it is a copy.
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, prefix: Path | None = None):
         self.folder = folder
+        self.prefix = prefix or folder / "prefix"
         self.root = folder / "python"
         self.exe = self.root / "python.exe"
 
@@ -70,7 +75,9 @@ class Windows:
             "COLUMNS": "80",
             # with its drive, since a program may start in a folder of another one
             "PYTHONPATH": f"Z:{ROOT}",
-            "WINEPREFIX": str(self.folder / "prefix"),
+            "WINEPREFIX": str(self.prefix),
+            # programs in Scripts, such as ruff, need the libraries beside python.exe
+            "WINEPATH": f"Z:{self.root}",
             "WINEARCH": "win64",
             "WINEDEBUG": "-all",
             # a program that fails must end, and wait for no debugger
@@ -78,15 +85,42 @@ class Windows:
         }
 
     def make(self) -> None:
-        """Make what is not there yet. Raises CalledProcessError, and AssertionError."""
-        if not (self.folder / DONE).exists():
-            self._system()
-            (self.folder / DONE).write_text("", encoding="utf-8")
-        self._install()
+        """Make what is not there yet.
+
+        Raises CalledProcessError, OSError and AssertionError.
+        """
+        import fcntl  # this module is imported by Windows' Python, too
+
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / LOCK).open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (self.folder / DONE).exists():
+                self._system()
+                (self.folder / DONE).write_text("", encoding="utf-8")
+            self._install()
+            self.end()
+
+    @contextmanager
+    def copied(self, prefix: Path) -> Iterator["Windows"]:
+        """Lend a copy of this system, which is ended and removed after the block.
+
+        A copy has a server of its own. The end of a server ends all its programs, some
+        with status 0, so two users of one system would disturb each other unseen.
+        """
+        shutil.copytree(self.prefix, prefix, symlinks=True)
+        copy = Windows(self.folder, prefix)
+        try:
+            yield copy
+        finally:
+            copy.end()
+            shutil.rmtree(prefix)
 
     def _system(self) -> None:
-        shutil.rmtree(self.root, ignore_errors=True)
-        self.folder.mkdir(parents=True, exist_ok=True)
+        for folder in (self.prefix, self.root):
+            shutil.rmtree(folder, ignore_errors=True)
+        self.run("wineboot", "--init")
+        key = r"HKCU\Software\Wine"
+        self.run("reg", "add", key, "/v", "Version", "/d", "win10", "/f")
         self._unpack(CPYTHON, self.root)
         # Wine's `platform.uname()` would ask a library for a function that it lacks.
         (self.root / "lib" / "_wmi.pyd").unlink()
@@ -99,9 +133,6 @@ class Windows:
         text = shell.read_text(encoding="utf-8")
         text = text.replace('hasattr(_winapi, "CopyFile2")', "False")
         shell.write_text(text, encoding="utf-8")
-        self.run("wineboot", "--init")
-        key = r"HKCU\Software\Wine"
-        self.run("reg", "add", key, "/v", "Version", "/d", "win10", "/f")
         self.python("-m", "ensurepip")
 
     def _install(self) -> None:
@@ -155,7 +186,7 @@ class Windows:
             printed = process.stdout.read()  # its input stays open, as in a terminal
             timer.cancel()
             status = process.wait()
-        assert bool(status) == fails, (words, status, printed)
+        assert bool(status) == fails, f"{[*map(str, words)]}, {status=}: {printed}"
         return printed
 
     def python(self, *words: str | Path, **options: Any) -> str:
@@ -272,9 +303,20 @@ def usual() -> Path:
     return Path(os.environ.get("REMS_WINE", Path.home() / ".cache" / "rems_net-wine"))
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Make the folder, or end with the sentence why it cannot be made."""
     if why := missing():
         sys.exit(f"There is no Wine here with what its Python needs; {why}.")
-    made = Windows(Path(sys.argv[1]) if len(sys.argv) > 1 else usual())
-    made.make()
-    made.end()
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else usual()
+    try:
+        Windows(folder).make()
+    except (OSError, AssertionError, subprocess.CalledProcessError) as error:
+        why = " ".join(str(error).split())
+        sys.exit(
+            f"{folder} is not complete: {why}. If packages are still being installed, "
+            "wait for their end; then run this again, and it goes on."
+        )
+
+
+if __name__ == "__main__":
+    main()

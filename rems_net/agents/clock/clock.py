@@ -14,7 +14,7 @@ from rems_net.agents.clock.progress import Progress
 from rems_net.agents.clock.replies import Replies
 from rems_net.agents.protocol.badge import new_run
 from rems_net.agents.protocol.complaints import Complaints
-from rems_net.agents.protocol.limits import JOIN_TIME_EACH
+from rems_net.agents.protocol.limits import AHEAD, JOIN_TIME_EACH
 from rems_net.agents.protocol.terms import Terms
 from rems_net.agents.tick import Tick
 from rems_net.errors import AgentError
@@ -53,7 +53,7 @@ class Clock:
         self.session, self.terms = session, terms
         self.run_id = new_run()
         #: makes the ticks; the clock's verbs are its verbs
-        self.pacing = Pacing(terms.dt, terms.pace)
+        self.pacing = Pacing(terms.dt, terms.pace, waits_for_nobody=terms.open)
         self.members = members = Members(self.run_id, terms)
         self._progress = progress = Progress(members)
         self.broadcaster = Broadcaster(session, self.run_id)
@@ -73,7 +73,8 @@ class Clock:
             admissions, self.broadcaster, self._box, self._complaints
         )
         self._dispatcher = Dispatcher(self._replies)
-        self._read = admissions.read
+        #: ticks that were made since letters were read
+        self._unread = 0
 
     @property
     def dt(self) -> float:
@@ -156,6 +157,9 @@ class Clock:
             self._await_turn()
             while self._admissions.awaited() and not pacing.ended:
                 self._read()
+            self._unread += 1
+            if self._unread > AHEAD:  # no tick was waited for, and none may ever be
+                self._read(0.0)
             if pacing.ended:
                 break
             if self._progress.update(n):
@@ -165,6 +169,10 @@ class Clock:
             self._replies.note(n)
             self.broadcaster.publish_tick(tick)
         self._await_done(self.tick.n)
+
+    def _read(self, timeout: float = LOOK) -> None:
+        self._unread = 0
+        self._admissions.read(timeout)
 
     def _say_roster(self) -> None:
         self._dispatcher.watch_closings()

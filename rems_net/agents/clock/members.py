@@ -98,7 +98,8 @@ class Member:
     def rate(self, now: float) -> float:
         """Return its ticks per second [Hz]; 0.0 once it has done none for a while."""
         since, first = self.marks[0] if self.marks else (now, self.n)
-        if self.n == first:
+        # Windows' clock has steps of 16 ms: ticks of one step have no rate.
+        if self.n == first or self.seen == since:
             return 0.0
         rate = (self.n - first) / (self.seen - since)
         return rate if now - self.seen < WINDOW + 3 / rate else 0.0

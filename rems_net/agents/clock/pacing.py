@@ -4,10 +4,10 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Set
 
-from rems_net.agents.protocol.limits import AHEAD
+from rems_net.agents.protocol.limits import AHEAD, check_pace
 from rems_net.agents.tick import Tick, time_of
 from rems_net.agents.verbs import verb
-from rems_net.errors import FabricError, nearest
+from rems_net.errors import ExperimentError, FabricError
 from rems_net.events import info
 
 #: s. If a tick is later than this, real time starts again from this tick.
@@ -18,16 +18,22 @@ TOLD = 1.0
 AGAIN = 10.0
 #: Number of sets of hosts for which waiting times are counted.
 BLAMED = 1_000
+NEEDS_PACE = (
+    "the clock of an open fabric does not wait for agents, so it needs a pace; "
+    "expected one above 0, such as 1. (R0433)"
+)
 
 
 class Pacing:
     """Makes the ticks of `dt` seconds, in time. Its verbs are those of the clock.
 
-    factor: of real time; 0.0 is as fast as the slowest host.
+    factor: of real time; 0.0 is as fast as the slowest host.  waits_for_nobody: as the
+    clock of an open fabric does.
     """
 
-    def __init__(self, dt: float, factor: float):
+    def __init__(self, dt: float, factor: float, *, waits_for_nobody: bool = False):
         self.dt, self.factor = dt, factor
+        self.waits_for_nobody = waits_for_nobody
         self.paused = False
         self.ended = False
         #: the newest tick
@@ -112,7 +118,7 @@ class Pacing:
     @verb
     def pause(self) -> int:
         """Make no more ticks for now. Returns the newest tick."""
-        self.paused = True
+        self.paused, self._steps = True, 0
         return self.n
 
     @verb
@@ -135,19 +141,15 @@ class Pacing:
 
     @verb
     def pace(self, pace: float | str) -> float:
-        """Set the real-time factor; "fast" or 0 is as fast as the slowest host."""
-        if pace != "fast" and (
-            isinstance(pace, bool)
-            or not isinstance(pace, int | float)
-            or not 0 <= pace < 1e6
-        ):
-            hint = nearest(pace, ["fast"]) if isinstance(pace, str) else ""
-            raise FabricError(
-                f'pace is {pace!r}; expected "fast" or a real-time factor, such as 1.0.'
-                f"{hint} (R0408)"
-            )
-        self.set(0.0 if isinstance(pace, str) else float(pace))
-        return self.factor
+        """Set the real-time factor, 0.001 to 10,000.
+
+        "fast" is as fast as the slowest host; an open fabric has no such pace.
+        """
+        factor = check_pace(pace, self.dt)
+        if not factor and self.waits_for_nobody:
+            raise ExperimentError(NEEDS_PACE)
+        self.set(factor)
+        return factor
 
     @verb
     def end(self) -> int:

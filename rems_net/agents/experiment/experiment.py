@@ -10,7 +10,6 @@ from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.connections import check_hands
 from rems_net.agents.experiment.checking.settings import (
     check_folder,
-    check_pace,
     make_folder,
 )
 from rems_net.agents.experiment.checking.surroundings import doubts
@@ -27,7 +26,7 @@ from rems_net.agents.experiment.show import Show
 from rems_net.agents.experiment.solo import Solo, warn_of_numerics
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.parts import reference
-from rems_net.agents.protocol.limits import JOIN_TIME
+from rems_net.agents.protocol.limits import JOIN_TIME, check_pace
 from rems_net.agents.protocol.plan import HERE, Plan
 from rems_net.arguments import taught
 from rems_net.errors import ExperimentError
@@ -101,7 +100,7 @@ class Experiment(Lineup):
         self.add_recorder()
         agents = self.check()
         ticks = self.ticks(agents)
-        factor = self.pace if pace is None else check_pace(pace)
+        factor = check_pace((self.pace or "fast") if pace is None else pace, self.dt)
         nobody = "" if factor else idle(agents, self.plans)
         if not factor:
             check_hands(agents)

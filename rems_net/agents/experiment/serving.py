@@ -6,6 +6,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.clock.pacing import NEEDS_PACE
 from rems_net.agents.experiment.folder import own_folder
 from rems_net.agents.experiment.hosting.hosts import Hosts
 from rems_net.agents.experiment.lineup import Lineup
@@ -35,10 +36,7 @@ def serve(
     begin: called once the clock is open.
     """
     if not pace > 0:
-        raise ExperimentError(
-            "the clock of an open fabric does not wait for agents, so it needs a pace; "
-            "expected one above 0, such as 1. (R0433)"
-        )
+        raise ExperimentError(NEEDS_PACE)
     clock = Clock(session, Terms(dt, LAST_TICK, pace, open=True))
     clock.open()
     begin(clock)

@@ -26,6 +26,8 @@ from rems_net.router.session import Session
 
 #: s. If a value is later than this, the host asks for it by its key.
 RETRY_INTERVAL = 0.25
+#: s. A run waits this long, once, for the first value of a free-running agent.
+FIRST = 0.25
 #: s. Time between two searches for a clock that is out of sight.
 LOOK = 0.5
 #: s. If the clock is out of sight for longer, the host warns.
@@ -264,6 +266,17 @@ class Inbox:
                     self.membership.hear_value(mail)
                 except WireError as error:
                     self._complaints.about(mail.key, error)
+
+    def ask_first(self, key: str) -> None:
+        """Ask a free-running agent for its value at this full key, if none has come.
+
+        Its first tick may come later than ours. Its answer may take FIRST s.
+        """
+        since = wall()
+        if key not in self.latest:
+            self.session.ask_at_once(key, self.box.put)
+        while key not in self.latest and (left := since + FIRST - wall()) > 0:
+            self._wait(left)
 
     def _in_vain(self, since: float) -> bool:
         """Wait for a letter; return True if it is time to ask for the missing message.

@@ -85,7 +85,8 @@ class Others:
             return Beside(written, local, converter)
         if entry.lockstep and inlet.run.in_step:
             return Peer(written, key, converter, self._inbox, inlet.phase)
-        return Newest(written, key, converter, self._inbox)
+        first = inlet.run.in_step
+        return Newest(written, key, converter, self._inbox, first=first)
 
     def together(self, sources: Sequence[Source]) -> list[Source]:
         """Return the sources; those whose payloads may come at once are one."""
@@ -224,14 +225,27 @@ class Together(Cohort):
 class Newest:
     """An agent of another process, if it or its reader is free-running."""
 
-    def __init__(self, written: Written, key: str, converter: Conversion, inbox: Inbox):
+    def __init__(
+        self,
+        written: Written,
+        key: str,
+        converter: Conversion,
+        inbox: Inbox,
+        *,
+        first: bool,
+    ):
         self.key = self.label = written.key
         self.entry: Entry | None = written.entry
         self._key, self._converter, self._inbox = key, converter, inbox
         self._have: Mail | None = None
+        #: whether to ask for its first value: a robot begins at its `initial`, not at 0
+        self._first = first
 
     def take(self, tick: Tick) -> Value | None:
         """Return the newest value, if it has not been read yet."""
+        if self._first:
+            self._first = False
+            self._inbox.ask_first(self._key)
         newest = self._inbox.latest.get(self._key)
         if newest is None or newest[0] is self._have:
             return None

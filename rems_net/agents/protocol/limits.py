@@ -1,5 +1,12 @@
 """Limits that the clock and its hosts share; `docs/time.md` has them in a table."""
 
+from rems_net.errors import ExperimentError, nearest
+
+#: Times real time: slowest and fastest pace of a run, and of a recording that plays.
+PACES = (0.001, 10_000.0)
+#: s. Shortest `dt`; and longest real time of a tick, `dt` divided by the pace.
+SHORTEST, LONGEST = 1e-9, 3600.0
+
 #: Ticks that a fast clock may be ahead of its slowest host. Values carry their ticks,
 #: so they are still read in order, and no host waits for the clock.
 AHEAD = 16
@@ -10,6 +17,34 @@ JOIN_TIME_EACH = 0.02
 JOIN_TIME, WAIT_START = 30.0, 300.0
 #: s. A member may be out of sight this long, by default.
 WAIT_BACK = 30.0
+
+
+def check_pace(value: object, dt: float = 0.0) -> float:
+    """Return a real-time factor; 0.0 for "fast".
+
+    dt: s of a tick, if it is known: a tick may take LONGEST s of real time.
+    Raises ExperimentError.
+    """
+    if value == "fast":
+        return 0.0
+    low, high = PACES
+    try:
+        number = float(value) if isinstance(value, int | float | str) else 0.0
+    except (ValueError, OverflowError):
+        number = 0.0
+    if isinstance(value, bool) or not low <= number <= high:
+        raise ExperimentError(
+            f'pace is {value!r:.40}; expected "fast" or a factor of real time, {low:g} '
+            f"to {high:g}, such as 1.0.{nearest(value, ['fast'])} (R0408)"
+        )
+    if dt / number > LONGEST:
+        raise ExperimentError(
+            f"pace is {value!r}: a tick of {dt:g} s would take {dt / number:g} s of "
+            f"real time; expected {LONGEST:g} s at most, which is a pace of "
+            f"{dt / LONGEST:g} (R0408)"
+        )
+    return number
+
 
 #: Exit status of a host that was not admitted, was given up, or lost its clock. This is
 #: no crash, so it is not started again.

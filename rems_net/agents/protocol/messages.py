@@ -30,6 +30,8 @@ from rems_net.errors import WireError
 from rems_net.router.mail import Question
 from rems_net.router.message import BADGES, LAST_TICK, pack, read
 
+SLOWEST, FASTEST = limits.PACES
+
 
 class Beat(NamedTuple):
     """A tick of a run, and the count of STOPs and releases: odd means stopped."""
@@ -56,7 +58,7 @@ def read_beat(payload: bytes) -> Beat:
             and 0 < n <= LAST_TICK
             and 0.0 < dt < 1e9
             and 0.0 < t < 1e18
-            and 0.0 <= pace < 1e6
+            and (pace == 0.0 or SLOWEST <= pace <= FASTEST)
             and 0 <= epoch <= LAST_TICK
             and 0 <= stops <= LAST_TICK
         ):

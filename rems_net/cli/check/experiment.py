@@ -13,13 +13,13 @@ from rich.table import Table
 from rems_net.agents import registry
 from rems_net.agents.agent import Agent
 from rems_net.agents.experiment.checking.harmless import Harmless
-from rems_net.agents.experiment.checking.settings import check_pace
 from rems_net.agents.experiment.checking.surroundings import doubts
 from rems_net.agents.experiment.checking.trial import try_first_ticks
 from rems_net.agents.experiment.direct import check_direct, check_fast
 from rems_net.agents.experiment.experiment import Experiment
 from rems_net.agents.experiment.source.mistakes import idle
 from rems_net.agents.ports import In
+from rems_net.agents.protocol.limits import check_pace
 from rems_net.agents.protocol.plan import Plan
 from rems_net.cli.options import console, show_schema, warn
 from rems_net.cli.script import run_experiment
@@ -37,7 +37,9 @@ def run(args: argparse.Namespace) -> int:
 
 def check(experiment: Experiment, pace: float | str | None = None) -> Checked:
     """Check an experiment, and try its first ticks. Raises ExperimentError."""
-    factor = experiment.pace if pace is None else check_pace(pace)
+    factor = check_pace(
+        (experiment.pace or "fast") if pace is None else pace, experiment.dt
+    )
     if experiment.direct:
         check_fast(factor)
     seen: set[str] = set()

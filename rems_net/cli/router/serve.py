@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rems_net.agents.experiment.checking.settings import check_pace, seconds
+from rems_net.agents.experiment.checking.settings import seconds
 from rems_net.agents.experiment.serving import serve
 from rems_net.agents.experiment.show import Reports
+from rems_net.agents.protocol.limits import check_pace
 from rems_net.cli import typed
 from rems_net.cli.options import console, warn
 from rems_net.cli.qr import show_code
@@ -95,7 +96,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl+C; report members that come and go, and obey typed lines."""
-    dt, pace = seconds(args.dt, "--dt"), check_pace(args.pace)
+    dt = seconds(args.dt, "--dt")
+    pace = check_pace(args.pace, dt)
     if args.dashboard or args.pages:
         look_for("websockets", "dashboard")
     if args.pages and not (args.names or args.users):

@@ -18,7 +18,8 @@ export class Bar {
     /** lights of a recording, in which nothing is stopped @type {(() => [string, string][]) | null} */
     this.recorded = null;
     this.stopButton = /** @type {HTMLButtonElement} */ (by("stop"));
-    this.releaseButton = held("hold to release", () => this.ask("release"));
+    this.teams = /** @type {import("./teams.js").Teams | null} the grid: while it is shown, STOP is for all */ (null);
+    this.releaseButton = held("hold to release", () => this.teams?.shown ? this.teams.ask("release_teams", "all") : this.ask("release"));
     this.releaseButton.id = "release";
     this.stopButton.before(this.releaseButton);
     this.clock = make("span", { id: "clock" });
@@ -43,6 +44,7 @@ export class Bar {
 
   stop() {
     this.asked = true;
+    if (this.teams?.shown) return this.teams.ask("stop_teams", "all");
     this.link().ask("stop").then((lines) => this.say(lines.join("; "), "info"), (error) => this.say(error.message));
   }
 
@@ -65,15 +67,25 @@ export class Bar {
     write(this.clock, clock ? `${t}, tick ${store.tick}, ${clock.paused ? "paused" : pace}` : "no clock");
     write(this.pause, clock?.paused ? "go on" : "pause");
     for (const one of [this.pause, this.step, this.pace]) one.disabled = !clock || this.gone !== "";
-    this.stopButton.classList.toggle("holds", Boolean(status.stopped));
-    this.releaseButton.hidden = !status.stopped;
+    const stopped = Boolean(this.standing().stopped);
+    this.stopButton.classList.toggle("holds", stopped);
+    write(this.stopButton, this.teams?.shown ? "STOP all" : "STOP");
+    this.releaseButton.hidden = !stopped;
     this.lights();
   }
 
+  /** How many robots stand, here or in the grid that is shown, and of which that is not sure. */
+  standing() {
+    if (this.teams?.shown) return this.teams.standing();
+    const { robots = {}, by, stopped } = this.status;
+    const unsure = Object.values(/** @type {Record<string, string>} */ (robots)).filter(Boolean);
+    const count = Object.keys(robots).length;
+    return { holds: `STOP${by ? ` by ${by}` : ""} holds: ${count - unsure.length} of ${count} robots stand`, unsure, stopped };
+  }
+
   lights() {
-    const { status } = this;
-    /** @type {[string, string][]} class and text */
-    const lights = [];
+    const { status } = this, { holds, unsure, stopped } = this.standing();
+    const lights = /** @type {[string, string][]} class and text */ ([]);
     if (this.gone) lights.push(["bad", "no connection"]);
     else if (this.recorded) lights.push(...this.recorded());
     else if (status.router === false) lights.push(["bad", "the router is gone"]);
@@ -81,22 +93,15 @@ export class Bar {
     else if (status.clock.held) lights.push(["bad", `held by ${status.clock.held}`]);
     else if (status.clock.paused) lights.push(["warn", "paused"]);
     else lights.push(["good", "live"]);
-    const robots = Object.entries(/** @type {Record<string, string>} */ (status.robots ?? {}));
-    const unsure = robots.map(([, why]) => why).filter(Boolean);
-    if (this.asked || status.stopped) {
-      const stand = `STOP holds: ${robots.length - unsure.length} of ${robots.length} robots stand`;
-      lights.push([unsure.length || !status.stopped ? "bad" : "warn", status.stopped ? stand : "STOP is sent"]);
-    }
+    if (this.asked || stopped) lights.push([unsure.length || !stopped ? "bad" : "warn", stopped ? holds : "STOP is sent"]);
     if (unsure.length) lights.push(["bad", some(unsure)]);
     const agents = /** @type {string[][]} */ (status.agents ?? []);
     if (status.late?.length && !status.clock?.paused) lights.push(["bad", `late: ${some(status.late)}`]);
-    const here = status.here ?? "";
-    const remote = agents.filter(([, , host]) => here && !host.startsWith(`${here}:`)).map(([agent]) => agent);
+    const { here } = status, remote = agents.filter(([, , host]) => here && !host.startsWith(`${here}:`)).map(([agent]) => agent);
     if (remote.length) lights.push(["quiet", `remote: ${some(remote)}`]);
     const recording = agents.filter(([, kind]) => kind === "output").map(([agent]) => agent);
     if (recording.length) lights.push(["good", `recording: ${some(recording)}`]);
-    const place = by("lights");
-    const text = JSON.stringify(lights);
+    const [place, text] = [by("lights"), JSON.stringify(lights)];
     if (place.dataset.shown === text) return;
     place.dataset.shown = text;
     place.replaceChildren(...lights.map(([kind, word]) => make("span", { class: `light ${kind}` }, word)));

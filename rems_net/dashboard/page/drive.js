@@ -23,9 +23,13 @@ const KEYS = new Map([
 /** Value of the choice that means every robot. */
 const ALL = "robot/*";
 const HOW = "Arrow keys or w a s d; q and e go sideways, shift is slower. Space is STOP.";
+/** ms. A hand that moves robots and gives no sign for so long is at rest: it may be out of reach. */
+const SILENT = 1000;
 /** Gamepads, and what is wrong with them. */
 const TWO = "Two gamepads are moved, so robots stand: let go of one.";
 const GONE = "The gamepad was pulled out: robots stand.";
+const MUTE = "The gamepad has sent nothing for 1 s: it may be out of range, so robots stand. Let its stick go once.";
+const STUCK = "The key that was held down repeats no more, so robots stand. Let it go, and press it again.";
 
 export class Drive {
   /** @param {() => Link} link @param {(sentence: string, level?: string) => void} say */
@@ -36,6 +40,8 @@ export class Drive {
     this.agents = [];
     this.driving = /** @type {Record<string, Driven>} */ ({});
     this.held = /** @type {Set<string>} */ (new Set());
+    /** ms. Time at which the newest key was repeated last; keys before the newest one do not repeat. */
+    this.repeated = Infinity;
     /** The stick under a finger. @type {Stick | null} */
     this.finger = null;
     this.beat = 0;
@@ -46,6 +52,10 @@ export class Drive {
     this.sent = 0;
     /** Whether a gamepad counts only after its sticks were in the middle. */
     this.locked = true;
+    /** Whether it is locked since it was moved and sent nothing. */
+    this.mute = false;
+    /** What the gamepads sent last, and when it changed, ms. */
+    this.sign = { text: "", at: 0 };
     /** What is wrong with the gamepads; "" if nothing is. */
     this.trouble = "";
     this.shown = "";
@@ -84,6 +94,7 @@ export class Drive {
 
   /** @param {KeyboardEvent} event @param {boolean} down */
   key(event, down) {
+    this.repeated = event.repeat ? performance.now() : Infinity;
     const name = KEYS.get(event.code);
     const at = event.target;
     const typing = at instanceof HTMLInputElement || at instanceof HTMLSelectElement;
@@ -111,14 +122,19 @@ export class Drive {
     if (document.hidden || !document.hasFocus()) this.locked = true;
     const pads = window.isSecureContext && navigator.getGamepads ? navigator.getGamepads() : [];
     const moved = [];
+    let sign = "";
     for (const one of pads) {
       if (!one) continue;
+      sign += JSON.stringify([one.timestamp, one.axes, one.buttons?.map((button) => button.value)]);
       const axes = [0, 1, 2].map((axis) => percent(-dead(one.axes[axis] ?? 0)));
       if (!axes.some((axis) => axis)) continue;
       if (one.mapping === "standard") moved.push({ ahead: axes[1], left: axes[2], turn: axes[0] });
       else this.trouble = `The browser does not know the axes of ${one.id}; use another gamepad, or keys.`;
     }
-    if (!moved.length) this.locked = false;
+    if (sign !== this.sign.text) this.sign = { text: sign, at: performance.now() };
+    if (!moved.length) this.locked = this.mute = false;
+    else if (!this.locked && performance.now() > this.sign.at + SILENT) this.locked = this.mute = true;
+    if (this.mute) this.trouble = MUTE;
     if (moved.length > 1) this.trouble = TWO;
     return moved.length === 1 && !this.locked ? moved[0] : null;
   }
@@ -130,6 +146,10 @@ export class Drive {
 
   work() {
     if (!this.agents.length) return;
+    if (this.held.size && performance.now() > this.repeated + SILENT) {
+      this.rest();
+      this.say(STUCK, "warning");
+    }
     const pad = this.gamepad();
     const moves = pad || this.finger || this.held.size;
     if (moves ? performance.now() >= this.sent + APART : !this.resting) this.send(pad);

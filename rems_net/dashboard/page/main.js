@@ -24,6 +24,7 @@ const layout = new Layout(plots, arena, say);
 const bar = new Bar(store, () => link, say);
 const drive = new Drive(() => link, say);
 const teams = new Teams(() => link, say);
+bar.teams = teams;
 const settings = new Settings((verb, more) => link.ask(verb, more), say);
 by("log").before(doctor(() => link.ask("doctor")));
 const tree = new Tree(store, (key) => plots.toggle(key), (key) => link.ask("why", { key }), (agent) => settings.of(agent));

@@ -14,7 +14,7 @@ export class Teams {
     this.link = link;
     this.say = say;
     this.fabric = "";
-    this.asked = false;
+    this.asked = this.shown = false;
     this.before = 0;
     /** whether the grid has been shown, or hidden, by itself or by hand */
     this.chosen = new URLSearchParams(location.search).size > 0;
@@ -26,14 +26,22 @@ export class Teams {
     by("time").before(this.toggle);
     by("team-tools").append(
       button("STOP all", () => this.ask("stop_teams", "all"), "stop the robots of every team"),
-      held("hold to release all", () => this.ask("release_teams", this.rows.filter((row) => row.stopped).map((row) => row.fabric)), "let the robots of every team go on"),
+      held("hold to release all", () => this.ask("release_teams", "all"), "let the robots of every team go on"),
     );
+  }
+
+  /** How many robots stand on all fabrics, and of which that is not sure. */
+  standing() {
+    const held = this.rows.filter((row) => row.stopped);
+    const [stand, robots] = ["stand", "robots"].map((key) => held.reduce((sum, row) => sum + (row[key] ?? 0), 0));
+    const unsure = this.rows.flatMap((row) => (row.unsure ?? []).map((/** @type {string} */ why) => `${row.fabric}: ${why}`));
+    return { holds: `STOP holds in ${held.length} of ${this.rows.length}: ${stand} of ${robots} robots stand`, unsure, stopped: held.length > 0 };
   }
 
   /** @param {boolean} shown */
   show(shown) {
     this.chosen = true;
-    this.section.hidden = !shown;
+    this.section.hidden = !(this.shown = shown);
     document.body.classList.toggle("with-teams", shown);
     this.toggle.setAttribute("aria-expanded", String(shown));
     this.before = 0;

@@ -4,13 +4,12 @@ from collections.abc import Set
 from math import isfinite
 from typing import Any, NamedTuple
 
+from rems_net.agents.protocol.limits import PACES
 from rems_net.dashboard.protocol import Value
 from rems_net.dashboard.recorded.run import RecordedRun, Track
 from rems_net.dashboard.recorded.runs import RecordedRuns
 from rems_net.errors import WireError
 
-#: pace of a recording, slowest and fastest; in times of real time
-PACES = (0.001, 10_000.0)
 #: s. A page looks back so far at most, as its plots do.
 PAST = 600.0
 #: s. Length of a trail, and its points at most.

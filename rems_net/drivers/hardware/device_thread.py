@@ -14,7 +14,7 @@ from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
 from rems_net.defdict import DefDict
 from rems_net.drivers.hardware.periodic import Periodic
-from rems_net.drivers.hardware.watchdog import Watchdog
+from rems_net.drivers.hardware.watchdog import Motion, Watchdog
 from rems_net.errors import FieldValueError, SchemaError, WireError, nearest
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ class DeviceThread(Thread):
             for port, out in self._outs.items()
             for path in out.schema.paths
         ]
+        self._motion = Motion(schema)
         self._asked: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._answered = 0.0
         #: wall s at which the last exchange ended; inf while one is under way
@@ -169,6 +170,7 @@ class DeviceThread(Thread):
         self._stands &= safe
         begun = wall()
         self.cycles += 1
+        self._motion.command(command, self.periodic.period)
         try:
             self._take(self._exchange(command))
             self._stands = safe and self.device.is_still()
@@ -204,6 +206,7 @@ class DeviceThread(Thread):
                 self._unsaid = [u for u in self._unsaid if not f"{u}/".startswith(said)]
         copies = {port: value.copy() for port, value in self._outs.items()}
         self.reading = Reading(wall(), copies)
+        self._motion.read(copies.get("state"))
 
     def _confirm(self) -> None:
         """Note that the device has answered correctly."""
@@ -282,6 +285,8 @@ class DeviceThread(Thread):
             self._stand()
         elif self._lost_at is not None:
             self.unsure = str(self.standing())
+        if never := self._motion.never():
+            self.note(never)
         try:
             self._disconnect()
         except Exception as error:

@@ -28,6 +28,7 @@ class Kind(IntEnum):
     CLOSE = 7  #: to holder: close the port; the host has stopped the robot
     DATA = 8  #: to host: bytes from the port; none: its other end has closed it
     BROKEN = 9  #: to host: JSON, [errno, why] the port is closed now
+    WROTE = 10  #: to host: the bytes of a WRITE were written, or are too old
 
 
 class Frames:

@@ -1,16 +1,18 @@
 """Held: a port in a process of its own (`holder.py`), seen from the host.
 
 The robot stands still at most `max_age` after the host has last sent something, even if
-the host is killed, frozen, or stopped by a debugger.
+the host is killed, frozen, or stopped by a debugger. The host guards the process, too:
+if it ends, or confirms nothing for ANSWER s, the host ends it and halts the robot.
 """
 
-import errno
 import json
 import secrets
 import socket
 import subprocess
 import sys
+from collections import deque
 from contextlib import suppress
+from math import inf
 from typing import Any, Self
 
 from rems_net.agents.wall import wall
@@ -28,6 +30,13 @@ LOOK = 0.1
 END = 1.5
 #: s. The holder reads at once, if it is not frozen.
 SENDING = 0.25
+#: s. A holder that has not confirmed a write for longer hangs or is frozen.
+ANSWER = 0.2
+#: s. After a pause of this process, answers may be on their way for this long.
+GRACE = 0.02
+#: s. A process that is killed ends within this, even on a machine with far more work
+#: than it can do, unless a call of the system hangs.
+KILLED = 2.0
 
 
 class Held:
@@ -43,6 +52,10 @@ class Held:
         self._ended = False
         self._frames: Frames | None = None
         self._process: subprocess.Popen[bytes] | None = None
+        #: wall s, when each write was sent that is not confirmed yet, oldest first
+        self._written: deque[float] = deque()
+        #: bytes that halt the robot; none if the port is closed
+        self._halt = b""
 
     def start(self) -> None:
         """Start the process if it does not run. Raises OSError without an answer."""
@@ -88,9 +101,11 @@ class Held:
         after these, if this process is gone.
         """
         self._send(Kind.ARM, ARM.pack(max_age, len(halt)) + halt + farewell)
+        self._halt = halt
 
     def close(self) -> None:
         """Close the port, and discard bytes that were not sent yet."""
+        self._halt = b""
         with suppress(OSError):
             self._send(Kind.CLOSE)
 
@@ -137,21 +152,61 @@ class Held:
             raise self._lost() from error
 
     def _receive(self, seconds: float) -> tuple[Kind, bytes] | None:
-        """Return the next frame; None if none comes in time. Raises OSError."""
-        if self._frames is None:
-            raise self._lost()
-        self._frames.link.settimeout(max(0.0, seconds))
-        try:
-            return self._frames.receive()
-        except (BlockingIOError, TimeoutError):
-            return None
-        except (EOFError, OSError) as error:
-            raise self._lost() from error
+        """Return the next frame; None if none comes in time.
 
-    def _lost(self) -> OSError:
-        """End a broken process, and return the error; `open` starts another one."""
-        self.end()
-        return OSError(errno.EPIPE, "the process that holds the port has ended")
+        Raises OSError if the process has ended, or does not confirm a write.
+        """
+        until = wall() + seconds
+        while self._frames is not None:
+            left, due = until - wall(), self._due - wall()
+            self._frames.link.settimeout(max(0.0, min(left, due)) if due > 0 else GRACE)
+            try:
+                kind, payload = self._frames.receive()
+            except (BlockingIOError, TimeoutError):
+                if due <= 0:
+                    raise self._lost(f"did not answer for {ANSWER:g} s") from None
+                if wall() >= until:
+                    return None
+            except (EOFError, OSError) as error:
+                raise self._lost() from error
+            else:
+                if kind is not Kind.WROTE:
+                    return kind, payload
+                if self._written:
+                    self._written.popleft()
+        raise self._lost()
+
+    @property
+    def _due(self) -> float:
+        """Wall time at which the oldest write has to be confirmed, s."""
+        return self._written[0] + ANSWER if self._written else inf
+
+    def _lost(self, why: str = "has ended") -> OSError:
+        """End a broken process, halt the robot, and return the error.
+
+        `open` starts another process.
+        """
+        frames, self._frames = self._frames, None
+        process, self._process = self._process, None
+        halt, self._halt = self._halt, b""
+        self._written.clear()
+        if process is not None:
+            process.kill()
+            try:
+                process.wait(KILLED)
+            except subprocess.TimeoutExpired:
+                why += (
+                    ", and hangs in a call of the system that no program can end. The "
+                    "robot may drive on: switch it off"
+                )
+        if frames is not None:
+            frames.link.close()
+        if halt:
+            self.halt_alone(halt)
+        return OSError(f"the process that holds the port {why}")
+
+    def halt_alone(self, halt: bytes) -> None:
+        """Halt the robot without the process; a socket's end halts it already."""
 
     def _take_in(self, seconds: float) -> bool:
         """Take in a frame; return False if none comes. Raises the port's OSError."""
@@ -168,66 +223,21 @@ class Held:
 
     def write(self, data: bytes) -> int:
         """Write bytes; each write also resets the holder's timer. Raises OSError."""
+        if wall() > self._due:
+            self._take_all()
         self._send(Kind.WRITE, STAMP.pack(wall()) + data)
+        self._written.append(wall())
         return len(data)
+
+    def _take_all(self) -> None:
+        """Take in all frames that have come. Raises OSError."""
+        while self._take_in(0.0):
+            pass
 
     def _cut(self, size: int) -> bytes:
         portion = bytes(self._buffer[:size])
         del self._buffer[:size]
         return portion
-
-
-class HeldSerial(Held):
-    """A serial port, with methods of pyserial.
-
-    timeout: s that `read` waits. write_timeout: s that the port may take to accept
-    bytes.
-    """
-
-    def __init__(self, timeout: float, write_timeout: float | None):
-        super().__init__()
-        self.timeout, self.write_timeout = timeout, write_timeout
-        self._baud = 0
-
-    def reach(self, name: str, baud: int) -> None:
-        """Open the port of this name. Raises OSError."""
-        self.open("serial", name=name, baud=baud, write_timeout=self.write_timeout)
-        self._baud = baud
-
-    @property
-    def baudrate(self) -> int:
-        """Bits per second."""
-        return self._baud
-
-    @baudrate.setter
-    def baudrate(self, baud: int) -> None:
-        self._baud = baud
-        self._send(Kind.BAUD, str(baud).encode())
-
-    @property
-    def in_waiting(self) -> int:
-        """Number of bytes that `read` would return at once."""
-        while self._take_in(0.0):
-            pass
-        return len(self._buffer)
-
-    def read(self, size: int = 1) -> bytes:
-        """Return `size` bytes, or fewer after `timeout`. Raises OSError."""
-        until = wall() + self.timeout
-        while len(self._buffer) < size and self._take_in(until - wall()):
-            pass
-        return self._cut(size)
-
-    def read_until(self, end: bytes) -> bytes:
-        """Return all up to `end`, or what came within `timeout`. Raises OSError."""
-        until = wall() + self.timeout
-        while end not in self._buffer and self._take_in(until - wall()):
-            pass
-        found = self._buffer.find(end)
-        return self._cut(found + len(end) if found >= 0 else len(self._buffer))
-
-    def reset_output_buffer(self) -> None:
-        """Do nothing: `close` discards the bytes."""
 
 
 class HeldSocket(Held):

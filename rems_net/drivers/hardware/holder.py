@@ -9,7 +9,9 @@ its own opens the port, and lives longer than its host:
 The holder writes the payload of each WRITE frame to the port, and sends back all that
 it reads there. It knows no robot's protocol: the host gives it the bytes that `halt`
 this robot. The holder writes them as soon as the host has sent nothing for `max_age`,
-and when the host is gone. `held.py` starts it, and is the host's end of the socket.
+and when the host is gone. It confirms each WRITE, so that the host can end a holder
+that hangs, and halt the robot itself. `held.py` starts it, and is the host's end of the
+socket.
 """
 
 import json
@@ -145,6 +147,7 @@ class Holder:
             self.halt, self.farewell, self.fed = both[:size], both[size:], wall()
         elif kind is Kind.WRITE:
             self._write(STAMP.unpack_from(payload)[0], payload[STAMP.size :])
+            self.host.send(Kind.WROTE)
         elif kind is Kind.BAUD:
             self._act(lambda port: port.set_baud(int(payload)))
         elif kind is Kind.CLOSE:

@@ -2,6 +2,7 @@
 
 import errno
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -24,19 +25,36 @@ class Line(Protocol):
 
 
 class Port(NamedTuple):
-    """A port of this machine: its name, the system's description, whether by USB."""
+    """A port of this machine: its name, the system's description, whether by USB.
+
+    serial: number of the USB adapter; "" if it has none
+    """
 
     device: str
     text: str
     usb: bool
+    serial: str = ""
 
 
 def ports() -> list[Port]:
     """Return the serial ports of this machine, those of USB first."""
     load("serial", "hardware")
     found: Any = load("serial.tools.list_ports", "hardware").comports()
-    each = [Port(p.device, p.description or "", p.vid is not None) for p in found]
+    each = [
+        Port(p.device, p.description or "", p.vid is not None, p.serial_number or "")
+        for p in found
+    ]
     return sorted(each, key=lambda port: (not port.usb, port.device))
+
+
+def moved(device: str, serial: str, found: Sequence[Port]) -> str:
+    """Return the port at which a USB adapter is now: plugged in anew, it may differ.
+
+    serial: number of the adapter that was at `device`; with "" that is returned.
+    """
+    if not serial or any(port.device == device for port in found):
+        return device
+    return next((port.device for port in found if port.serial == serial), device)
 
 
 def refusal(device: str, error: Exception) -> str:

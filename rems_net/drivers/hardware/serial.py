@@ -1,15 +1,22 @@
 """SerialDriven: base of the drivers of devices at a serial port."""
 
 from contextlib import suppress
+from threading import Event
 from typing import ClassVar, Protocol
 
 from rems_net.agents.ports import Settings
+from rems_net.agents.wall import wall
 from rems_net.defdict import integer, text
 from rems_net.drivers.hardware.driven import Driven, NoDeviceError
-from rems_net.drivers.hardware.held import HeldSerial, PortError
-from rems_net.drivers.hardware.ports import Line, refusal
+from rems_net.drivers.hardware.frames import Kind
+from rems_net.drivers.hardware.held import Held, PortError
+from rems_net.drivers.hardware.holder import PAUSE, TRIES, SerialPort
+from rems_net.drivers.hardware.ports import Line, moved, ports, refusal
 from rems_net.errors import MissingPartError, SchemaError
 from rems_net.libraries import load, look_for
+
+#: s. The port may take this long to accept this process's own halt.
+HALTING = 0.25
 
 
 class DriverLine(Line, Protocol):
@@ -19,6 +26,68 @@ class DriverLine(Line, Protocol):
 
     def read_until(self, expected: bytes, /) -> bytes: ...
     def reset_output_buffer(self) -> None: ...
+
+
+class HeldSerial(Held):
+    """A serial port, with methods of pyserial.
+
+    timeout: s that `read` waits. write_timeout: s that the port may take to accept
+    bytes.
+    """
+
+    def __init__(self, timeout: float, write_timeout: float | None):
+        super().__init__()
+        self.timeout, self.write_timeout = timeout, write_timeout
+        self._name, self._baud = "", 0
+
+    def reach(self, name: str, baud: int) -> None:
+        """Open the port of this name. Raises OSError."""
+        self.open("serial", name=name, baud=baud, write_timeout=self.write_timeout)
+        self._name, self._baud = name, baud
+
+    def halt_alone(self, halt: bytes) -> None:
+        """Open the port in this process, and halt the robot."""
+        with suppress(Exception):  # the port is gone, too
+            port = SerialPort(self._name, self._baud, HALTING)
+            port.leave()  # the bytes of a write that hangs come before the halt
+            for _ in range(TRIES):
+                port.write(halt)
+                Event().wait(PAUSE)
+            port.close()
+
+    @property
+    def baudrate(self) -> int:
+        """Bits per second."""
+        return self._baud
+
+    @baudrate.setter
+    def baudrate(self, baud: int) -> None:
+        self._baud = baud
+        self._send(Kind.BAUD, str(baud).encode())
+
+    @property
+    def in_waiting(self) -> int:
+        """Number of bytes that `read` would return at once."""
+        self._take_all()
+        return len(self._buffer)
+
+    def read(self, size: int = 1) -> bytes:
+        """Return `size` bytes, or fewer after `timeout`. Raises OSError."""
+        until = wall() + self.timeout
+        while len(self._buffer) < size and self._take_in(until - wall()):
+            pass
+        return self._cut(size)
+
+    def read_until(self, end: bytes) -> bytes:
+        """Return all up to `end`, or what came within `timeout`. Raises OSError."""
+        until = wall() + self.timeout
+        while end not in self._buffer and self._take_in(until - wall()):
+            pass
+        found = self._buffer.find(end)
+        return self._cut(found + len(end) if found >= 0 else len(self._buffer))
+
+    def reset_output_buffer(self) -> None:
+        """Do nothing: `close` discards the bytes."""
 
 
 class SerialDriven(Driven):
@@ -46,6 +115,8 @@ class SerialDriven(Driven):
 
     line: DriverLine | None = None
     _holder: HeldSerial | None = None
+    #: serial number of the adapter at the first connection; "" if it has none
+    _serial: str | None = None
 
     def prepare(self) -> None:
         look_for("serial", "hardware")
@@ -66,7 +137,7 @@ class SerialDriven(Driven):
                 "There is another library of the name serial in the way. Type: pip "
                 "uninstall serial, then: pip install --force-reinstall pyserial (R0302)"
             )
-        port, baud, writing = self.options.port, self.options.baud, 5 * self.timeout
+        port, baud, writing = self._find(), self.options.baud, 5 * self.timeout
         try:
             if self.halt:
                 self._holder = self._holder or HeldSerial(self.timeout, writing)
@@ -83,6 +154,17 @@ class SerialDriven(Driven):
                 )
         except Exception as error:  # also termios.error, which is no OSError
             raise NoDeviceError(refusal(port, error)) from error
+
+    def _find(self) -> str:
+        """Return the adapter's port, which may have another name when it is back."""
+        port, found = str(self.options.port), ports()
+        if self._serial is None:
+            at = (one.serial for one in found if one.device == port)
+            self._serial = next(at, "")
+        elif (now := moved(port, self._serial, found)) != port:
+            self.note(f"finds its adapter at {now}, by its serial number")
+            return now
+        return port
 
     def disconnect(self) -> None:
         """Close the port, and discard bytes that were not sent yet."""

@@ -1,11 +1,19 @@
-"""Watchdog: chooses whether a driven robot obeys its command or its safe command."""
+"""Watchdog: chooses whether a driven robot obeys its command or its safe command.
+
+Motion: whether a robot that was commanded to move has moved.
+"""
 
 from math import inf
 from typing import NamedTuple
 
+import numpy as np
+
 from rems_net.agents.runtime import Runtime
 from rems_net.agents.wall import wall
-from rems_net.defdict import DefDict, Schema
+from rems_net.defdict import DefDict, Field, Schema
+
+#: s. A robot that was commanded to move for longer, and never moved, gets a warning.
+NEVER = 1.0
 
 
 class Told(NamedTuple):
@@ -82,3 +90,46 @@ class Watchdog:
             return self.safe
         self.why = ""
         return told.command.copy()
+
+
+class Motion:
+    """Comparison of a robot's commands with its readings: whether it ever moved.
+
+    Its commands have speeds, in units such as m/s, or percent of a range.
+    """
+
+    def __init__(self, schema: Schema):
+        fields = {path: schema[path] for path in schema.paths}
+        self._speeds = [path for path, one in fields.items() if _is_speed(one)]
+        #: s. Time for which it was commanded to move.
+        self._commanded = 0.0
+        self._first: DefDict | None = None
+        self._moved = False
+
+    def command(self, command: DefDict, seconds: float) -> None:
+        """Take in a command that the device receives, for so long."""
+        if not self._moved and any(np.any(command[path]) for path in self._speeds):
+            self._commanded += seconds
+
+    def read(self, state: DefDict | None) -> None:
+        """Take in a state that was read from the device."""
+        if state is not None and not self._moved:
+            self._first = self._first or state
+            self._moved = state != self._first
+
+    def never(self) -> str:
+        """Return a sentence part if it never moved, though it was commanded to."""
+        if self._first is None or self._moved or self._commanded < NEVER:
+            return ""
+        return (
+            f"was commanded to move for {self._commanded:.1f} s, and its state never "
+            "changed. Check, in this order: 1. the messages above; 2. its power; 3. "
+            "that its wheels can turn"
+        )
+
+
+def _is_speed(field: object) -> bool:
+    """Return whether a robot should move if this field of its command is not 0."""
+    if not isinstance(field, Field) or field.dtype == "str":
+        return False
+    return field.relative or "/" in field.unit or field.unit == "rpm"

@@ -31,6 +31,8 @@ class Body:
         self.button = ""
         self._pressed = 0.0
         self.used = 0.0  # mAh
+        #: charge and capacity that its battery reports, mAh; None for the true ones
+        self.reports: tuple[int, int] | None = None
         self._zero = (0, 0)
         self.robot = combine(Create2, Kinematic)("create2", parameters=parameters)
         self.robot.prepare()
@@ -92,8 +94,8 @@ class Body:
             "voltage": 14_400 + 2_000 * charge // CAPACITY,
             "current": 2000 if self.charger else -self.current,
             "temperature": 25,
-            "charge": charge,
-            "capacity": CAPACITY,
+            "charge": self.reports[0] if self.reports else charge,
+            "capacity": self.reports[1] if self.reports else CAPACITY,
             "motor_left": TURNS if self.left else 0,
             "motor_right": TURNS if self.right else 0,
             "light_bumps": bits("light_bumps", hit),

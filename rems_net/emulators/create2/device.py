@@ -7,7 +7,7 @@ from typing import Any
 
 from rems_net.drivers.hardware.create2.packets import MODES
 from rems_net.drivers.hardware.create2.readings import BUTTONS, SIDES
-from rems_net.emulators.create2.body import Body
+from rems_net.emulators.create2.body import CAPACITY, Body
 from rems_net.emulators.create2.interface import Interface
 
 #: Its first bytes after a start; a real one adds more about its version.
@@ -48,6 +48,15 @@ class Create2Device:
             "charger": {
                 "in": self._sets("charger", True),
                 "out": self._sets("charger", False),
+            },
+            "battery": {
+                "true": self._sets("reports", None),
+                "impossible": self._sets("reports", (65_529, CAPACITY)),
+                "unknown": self._sets("reports", (0, 0)),
+            },
+            "mode": {
+                "right": partial(setattr, self.interface, "too_high", 0),
+                "plus-one": partial(setattr, self.interface, "too_high", 1),
             },
             "press": {one: partial(self.body.press, one) for one in BUTTONS},
         }

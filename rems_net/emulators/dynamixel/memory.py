@@ -45,7 +45,7 @@ CELLS: dict[Register, Cell] = {
     table.REGISTERED: Cell(0),
     table.HARDWARE_ERROR: Cell(0),
     table.WATCHDOG: Cell(0, 0, 127),
-    table.GOAL_PWM: Cell(0, -885, 885),
+    table.GOAL_PWM: Cell(885, -885, 885),
     table.GOAL_VELOCITY: Cell(0, -1023, 1023),
     table.PROFILE_ACCELERATION: Cell(0, 0, 32767),
     table.PROFILE_VELOCITY: Cell(0, 0, 32767),
@@ -131,6 +131,8 @@ class Memory:
         """Return whether a value exceeds a limit that the table holds."""
         if register == table.GOAL_VELOCITY:
             return abs(value) > self[table.VELOCITY_LIMIT]
+        if register == table.GOAL_PWM:
+            return abs(value) > self[table.PWM_LIMIT]
         if register == table.PROFILE_VELOCITY:
             return value > self[table.VELOCITY_LIMIT]
         if register == table.GOAL_POSITION:

@@ -98,6 +98,7 @@ class Servo:
     def _change_mode(self, mode: int) -> None:
         for register in GOALS:
             self.memory[register] = 0
+        self.memory[table.GOAL_PWM] = self.memory[table.PWM_LIMIT]
         if mode == table.POSITION_MODE:
             self.position %= table.TURN
 
@@ -132,6 +133,7 @@ class Servo:
         if memory[table.WATCHDOG] < 0 or dt <= 0:
             return 0.0
         fastest = FASTEST.get(memory[table.MODEL], 6.0) / table.POSITION
+        fastest *= abs(memory[table.GOAL_PWM]) / table.FULL_PWM
         per_count = table.VELOCITY / table.POSITION
         match memory[table.OPERATING_MODE]:
             case table.VELOCITY_MODE:

@@ -22,6 +22,7 @@ MACHINERY = (
     "@join",
     "@lease",
     "@leave",
+    "@lost",
     "@member",
     "@release",
     "@run",

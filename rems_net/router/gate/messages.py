@@ -41,6 +41,8 @@ WILD = 1000
 TOKENS, IDS = 200, 256
 #: ends of these keys, and characters of the longest key: below three names
 _OURS, LONGEST = ("/@alive", "/stop"), 200
+#: in place of the part of a key for which an id of the router's stands
+FOREIGN = "?"
 #: the payload `true`, behind its length
 _TRUE = b"\x01\xc3"
 
@@ -49,7 +51,8 @@ class Known:
     """Stored facts about one client.
 
     wild: the ids that it has ever declared for wildcards.  tokens: by id, the keys of
-    its liveliness tokens.  stops: the fabrics on which it has put STOP.
+    its liveliness tokens.  stops: the fabrics on which it has put STOP; "" for one that
+    it has named by an id of the router's, which only its side of the line knows.
     """
 
     def __init__(self) -> None:
@@ -73,13 +76,16 @@ class Known:
     def put(self, key: str) -> None:
         """Store the fabric on which `true` was put, if that was STOP."""
         fabric, _, rest = key.partition("/")
-        if rest == "stop":
+        if key.startswith(FOREIGN):
+            if "/stop".endswith(key.removeprefix(FOREIGN)):
+                self.stops.add("")
+        elif rest == "stop":
             self.stops.add(fabric)
 
     def key(self, data: bytes, at: int, flags: int) -> str:
-        """Return the key at `at`; without its prefix if that is none of these ids."""
+        """Return the key at `at`; behind `FOREIGN` if its id is the router's."""
         scope, at = number(data, at)
-        start = self._ids.get(scope, "") if flags & _OWN else ""
+        start = self._ids.get(scope, "") if flags & _OWN else FOREIGN * (scope > 0)
         if not flags & _NAMED:
             return start
         length, at = number(data, at)

@@ -29,6 +29,8 @@ LOST = 10.0
 AWAY = 900.0
 #: laptops that are stored; fabrics of a team, with the last user who put STOP there
 LAPTOPS, STOPS = 2000, 1000
+#: s. A STOP on an unknown fabric is that of the fabric on which one comes within this.
+PLACED = 1.0
 #: s. A robot that lives has come back so long after its laptop.
 REJOINS = 10.0
 #: robots that are stored after their sessions were lost
@@ -87,6 +89,8 @@ class People:
         #: by team, then by its own fabrics: the last user who put STOP there; STOPs of
         #: users without a team, and on the class's fabric, are at ""
         self._stops: dict[str, OrderedDict[str, tuple[float, str]]] = {}
+        #: STOPs on unknown fabrics: when, by whom, and their user
+        self._unplaced: list[tuple[float, str, str]] = []
         #: robots whose sessions ended without a farewell, `team1/robot/sim`: when, by
         #: the monotonic clock [s], and on which laptop
         self._lost: OrderedDict[str, tuple[float, tuple[str, str]]] = OrderedDict()
@@ -125,23 +129,26 @@ class People:
         while len(self._lost) > ROBOTS:
             self._lost.popitem(last=False)
 
-    def lost(self, fabric: str, now: float) -> list[tuple[str, float]]:
-        """Return the robots of a fabric that were lost, and seconds since then.
+    def lost(self, now: float) -> dict[str, list[tuple[str, float]]]:
+        """Return the robots that were lost, and seconds since then, by fabric.
 
         A robot that has come back, on any laptop, is not among them, nor one that did
         not come back with its laptop.
         """
-        start = f"{fabric}/"
         with self._lock:
             lost = {
                 robot: now - at
                 for robot, (at, laptop) in self._lost.items()
-                if robot.startswith(start) and not self._is_back(laptop, at, now)
+                if not self._is_back(laptop, at, now)
             }
             for laptop in self._laptops.values() if lost else ():
                 for robot in set().union(*map(_robots, laptop.sessions)):
                     lost.pop(robot, None)
-        return [(robot.removeprefix(start), lost[robot]) for robot in sorted(lost)]
+        found: dict[str, list[tuple[str, float]]] = {}
+        for key in sorted(lost):
+            fabric, _, robot = key.partition("/")
+            found.setdefault(fabric, []).append((robot, lost[key]))
+        return found
 
     def _is_back(self, laptop: tuple[str, str], at: float, now: float) -> bool:
         """Return whether a laptop has had a session since then for long enough."""
@@ -165,12 +172,23 @@ class People:
                     self._report(key, BACK)
 
     def stopped(self, one: "Connection", fabric: str) -> None:
-        """Note the user who put STOP, if the router lets it through."""
-        if is_name(fabric) and self._may_stop(one.owner, fabric):
+        """Note the user who put STOP, if the router lets it through.
+
+        fabric: "" for an unknown one
+        """
+        author = time.monotonic(), self.describe(one.owner, one.host)
+        if not fabric:
+            with self._lock:
+                self._unplaced = [
+                    (at, by, owner)
+                    for at, by, owner in self._unplaced[-STOPS:]
+                    if at > author[0] - PLACED
+                ] + [(*author, one.owner)]
+        elif is_name(fabric) and self._may_stop(one.owner, fabric):
             of = "" if fabric == self._fabric else self._team(one.owner)
             with self._lock:  # a team that repeats STOP fills only its own space
                 stops = self._stops.setdefault(of, OrderedDict())
-                stops[fabric] = time.monotonic(), self.describe(one.owner, one.host)
+                stops[fabric] = author
                 stops.move_to_end(fabric)
                 if len(stops) > STOPS:
                     stops.popitem(last=False)
@@ -180,6 +198,12 @@ class People:
         with self._lock:
             never = -math.inf, "somebody"
             found = [stops.pop(fabric, never) for stops in self._stops.values()]
+            oldest = time.monotonic() - PLACED
+            found += [
+                (at, by)
+                for at, by, owner in self._unplaced
+                if at > oldest and self._may_stop(owner, fabric)
+            ]
             return max(found, default=never)[1]
 
     def describe(self, owner: str, host: str) -> str:

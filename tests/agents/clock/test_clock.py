@@ -2,12 +2,16 @@
 
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import inf, nan
 from pathlib import Path
 
 import pytest
 
 from rems_net.agents.clock.clock import Clock
+from rems_net.agents.experiment.serving import serve
+from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.terms import Terms
 from rems_net.client import Fabric, join
 from rems_net.errors import AgentError, FabricError
@@ -66,6 +70,58 @@ def test_of_two_clocks_that_start_at_once_one_stays_at_most() -> None:
             for thread in threads:
                 thread.join()
             assert len(opened) <= 1
+
+
+@contextmanager
+def open_fabric(dt: float, pace: float) -> Iterator[tuple[Fabric, Clock]]:
+    """An open fabric whose clock has these settings; it ends with this."""
+    clocks: list[Clock] = []
+    with Router() as router, Session(Link(router.endpoint)) as session:
+        thread = threading.Thread(target=serve, args=(session, dt, pace, clocks.append))
+        thread.start()
+        until(lambda: clocks)
+        try:
+            with join(at=router.endpoint) as fabric:
+                yield fabric, clocks[0]
+        finally:
+            clocks[0].pacing.end()
+            thread.join()
+
+
+@pytest.mark.parametrize("pace", [5e-324, 1e-300, 1e300, inf, nan, -1, True, "fats"])
+def test_a_pace_that_no_clock_can_keep(pace: float | str) -> None:
+    with open_fabric(0.02, 1.0) as (fabric, clock):
+        with pytest.raises(AgentError, match="a factor of real time, "):
+            fabric.clock("pace", pace)
+        assert fabric.clock("pace", 0.001) == 0.001
+        assert fabric.clock("pace", 2) == 2.0
+        assert clock.tick.n < 1000
+
+
+def test_a_pace_with_ticks_of_many_hours() -> None:
+    with open_fabric(1000.0, 1.0) as (fabric, _):
+        with pytest.raises(AgentError, match="1e\\+06 s of real time; expected 3600 s"):
+            fabric.clock("pace", 0.001)
+        assert fabric.clock("pace", 0.5) == 0.5
+
+
+def test_an_open_fabric_needs_a_pace() -> None:
+    with open_fabric(0.02, 1.0) as (fabric, _):
+        with pytest.raises(AgentError, match="does not wait for agents, so it needs a"):
+            fabric.clock("pace", "fast")
+        assert fabric.clock("pace", 1.0) == 1.0
+
+
+def test_a_clock_that_is_always_late_reads_its_letters() -> None:
+    """It never waits for its next tick, and for no agent."""
+    with open_fabric(1e-9, 1e4) as (fabric, clock):
+        until(lambda: clock.tick.n > 1000)
+        assert fabric.clock("pace", 0.001) == 0.001
+        fabric.clock("pause")
+        clock.pacing.step(10**12)  # a fabric would wait for the last of them
+        until(lambda: clock.tick.n > 10_000)
+        stood = fabric.clock("pause")
+        assert _stands(clock) < stood + 2 * AHEAD
 
 
 def test_paused_stepped_resumed_and_ended(tmp_path: Path) -> None:

@@ -122,7 +122,9 @@ def test_small_losses_are_told_together() -> None:
 
 
 def test_how_long_to_wait_is_checked() -> None:
-    with pytest.raises(ExperimentError, match="wait: back is -1; expected more than 0"):
+    with pytest.raises(
+        ExperimentError, match="wait: back is -1; expected 1e-9 s to 1e9 s"
+    ):
         lab(wait={"back": -1})
     with pytest.raises(ExperimentError, match=r"wait has 'bakc'.*Did you mean 'back'"):
         lab(wait={"bakc": 1})

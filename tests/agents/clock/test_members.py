@@ -143,3 +143,11 @@ def test_who_does_not_come_back_is_given_up(drop: bool) -> None:
     assert run.started == ["h"]
     assert states(member) == [State.GONE]
     assert not run.admissions.awaited()
+
+
+def test_ticks_of_one_step_of_the_clock_have_no_rate() -> None:
+    """Windows' clock has steps of 16 ms, in which many ticks are done."""
+    member = Member(1, "h", "desk", 1, "", [])
+    member.hear(1)
+    member.n = 5
+    assert member.rate(member.seen) == 0.0

@@ -159,7 +159,8 @@ def test_a_plan_is_written_in_one_way(
 
     def short(tables: Any) -> Any:
         """With the name of a file in place of its path."""
-        return json.loads(json.dumps(tables).replace(f"{lab.folder}/", ""))
+        folder = json.dumps(str(lab.folder / "x"))[1:-2]
+        return json.loads(json.dumps(tables).replace(folder, ""))
 
     starting = Hosts(hosts, agents, Show(), lab.dt)
     wire: dict[str, list[Any]] = {kind: [] for kind in file}

@@ -11,7 +11,8 @@ import pytest
 
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware import held
-from rems_net.drivers.hardware.held import HeldSerial
+from rems_net.drivers.hardware.frames import STAMP, Kind
+from rems_net.drivers.hardware.serial import HeldSerial
 from rems_net.emulators.terminal import Terminal
 from tests.agents.runs import alive, until
 from tests.signals import KILL, freeze, thaw
@@ -87,7 +88,8 @@ def test_after_a_sleep_it_halts_first(bench: Bench) -> None:
     begun = wall()
     bench.port.write(b"<old>")
     until(lambda: wall() > begun + 2 * MAX_AGE)
-    bench.port.write(b"<new>")
+    # by its host, which slept, too, and would otherwise end a holder that is silent
+    bench.port._send(Kind.WRITE, STAMP.pack(wall()) + b"<new>")
     thaw(bench.pid)
     bench.saw(b"<new>")
     assert bench.came.startswith(HALT)
@@ -138,6 +140,35 @@ def test_its_own_death_breaks_the_line(bench: Bench) -> None:
         until(lambda: bench.port.read() and False)
     bench.port.reach(bench.line.where, 115_200)
     assert bench.pid != pid
+
+
+@pytest.mark.parametrize("how", ["killed", "frozen"])
+def test_its_host_halts_the_robot_without_it(bench: Bench, how: str) -> None:
+    """Its host opens the port itself, and then starts another such process."""
+    pid = bench.pid
+    bench.port.write(AHEAD)
+    bench.saw(AHEAD)
+    assert bench.port.in_waiting == 0  # it has confirmed that
+    bench.came = b""
+    freeze(pid) if how == "frozen" else os.kill(pid, KILL)
+    why = "did not answer for 0.2 s" if how == "frozen" else "has ended"
+    with pytest.raises(OSError, match=f"the process that holds the port {why}"):
+        until(lambda: bench.port.write(b"<on>") and bench.port.read() and False)
+    bench.saw(HALT)
+    assert bench.came.endswith(HALT)
+    assert not alive(pid)
+    bench.port.reach(bench.line.where, 115_200)
+    assert bench.pid != pid
+
+
+def test_a_write_that_hangs(bench: Bench) -> None:
+    """The line takes nothing more; a new process begins with an empty one."""
+    pid = bench.pid
+    bench.port.write(bytes(1 << 20))
+    with pytest.raises(OSError, match=r"did not answer for 0\.2 s"):
+        until(lambda: bench.port.read() and False)
+    assert not alive(pid)
+    bench.saw(HALT)
 
 
 def test_a_line_that_breaks(bench: Bench) -> None:

@@ -16,6 +16,7 @@ from rems_net.drivers.hardware.driven import Driven
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.arms import Arms
 from rems_net.drivers.hardware.dynamixel.wheels import Wheels
+from rems_net.drivers.hardware.ports import Port, moved
 from rems_net.emulators.create2.device import Create2Device
 from rems_net.emulators.dynamixel.robots import DynabotServos, ScalerServos
 from rems_net.emulators.dynamixel.servo import Servo
@@ -212,3 +213,12 @@ def test_not_permitted() -> None:
 def test_whether_it_may_move_is_asked_first() -> None:
     with pytest.raises(ExperimentError, match=r"put it on a stand.* --moves"):
         check_robot(Create2, OpenInterface, options={"port": "x"})
+
+
+def test_an_adapter_that_comes_back_under_another_name() -> None:
+    """It is known by its serial number; another adapter is not taken for it."""
+    mine, other = Port("COM7", "", True, "A5069RR4"), Port("COM4", "", True, "0001")
+    assert moved("COM3", "A5069RR4", [other, mine]) == "COM7"
+    assert moved("COM3", "A5069RR4", [other]) == "COM3"
+    assert moved("COM4", "A5069RR4", [other, mine]) == "COM4"
+    assert moved("COM3", "", [Port("COM5", "", True)]) == "COM3"

@@ -138,7 +138,7 @@ def test_deadlines_do_not_drift_and_are_not_made_up_for() -> None:
 
 
 def test_the_wall_clock_goes_on() -> None:
-    outer, before, inner = time.monotonic(), wall(), time.monotonic()
+    outer, before, inner = time.perf_counter(), wall(), time.perf_counter()
     Event().wait(0.02)
-    least, after, most = time.monotonic(), wall(), time.monotonic()
+    least, after, most = time.perf_counter(), wall(), time.perf_counter()
     assert least - inner - 0.001 < after - before < most - outer + 0.001

@@ -1,15 +1,17 @@
 """The driver of the class's first firmware, and that firmware, over real sockets."""
 
+import csv
 import http.server
 import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rems_net import Definition, In, Out, Schema
+from rems_net import Definition, Experiment, In, Out, Schema
 from rems_net.agents.robot import combine
 from rems_net.defdict import angle, angular_velocity, length
 from rems_net.drivers.hardware import woodbot_websocket as driver
@@ -55,6 +57,21 @@ def keep(robot: Any, until_true: Callable[[], Any], seconds: float = 30.0) -> No
     while not until_true():
         assert calm() < end, robot.figures()
         drive(robot, TOP, TOP)
+
+
+def test_its_first_row_is_where_it_begins(tmp_path: Path) -> None:
+    """The first tick of a free-running robot may come later than an output's."""
+    begins = {"x": 0.25, "y": -0.5, "heading": 1.5}
+    with emulated() as emulator:
+        lab = Experiment("lab", dt="50 ms", duration="0.1 s", pace=1, record=False)
+        where = {"url": emulator.where}
+        lab.robot("w", "woodbot", "woodbot-ws", initial=begins, options=where)
+        lab.output("log", "csv")
+        lab.run(tmp_path)
+    with (tmp_path / "w.csv").open(encoding="utf-8", newline="") as file:
+        first, *_ = csv.DictReader(file)
+    values = [float(first[f"state/{name}"]) for name in ("x [m]", "y [m]")]
+    assert [*values, float(first["state/heading [rad]"])] == [*begins.values()]
 
 
 @pytest.mark.parametrize("mended", [(), tuple(QUIRKS)])
@@ -178,7 +195,7 @@ def test_nobody_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_something_else_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """A web server; and a WebSocket server that echoes."""
-    monkeypatch.setattr(driver, "STARTING", 0.3)
+    monkeypatch.setattr(driver, "STARTING", 1.0)
     web = http.server.HTTPServer(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler)
     with web:
         threading.Thread(target=web.serve_forever, daemon=True).start()

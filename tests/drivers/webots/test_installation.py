@@ -38,7 +38,8 @@ def test_windows(tmp_path: Path) -> None:
 def test_macos(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if Path("/Applications/Webots.app").exists():
         pytest.skip("Webots is installed here, for all users")
-    monkeypatch.setenv("HOME", str(tmp_path))
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(tmp_path))
     inside = install(tmp_path / "Applications" / "Webots.app" / "Contents")
     found = installed({}, "darwin")
     assert found == (tmp_path / "Applications/Webots.app", inside / NEW.parent)
@@ -63,7 +64,7 @@ def test_it_is_nowhere(tmp_path: Path) -> None:
     assert str(caught.value) == (
         f"WEBOTS_HOME is {str(tmp_path)!r}, and there is no Webots in that folder "
         "(looked for lib/controller/python). Set it to where Webots is installed, "
-        "such as /usr/local/webots, or unset it. (R0315)"
+        f"such as {Path('/usr/local/webots')}, or unset it. (R0315)"
     )
 
 

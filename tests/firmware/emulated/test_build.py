@@ -75,6 +75,7 @@ def test_cmake_alone(
     assert [sentence[: len(port.NO_TOOL)] for sentence in told] == [port.NO_TOOL]
 
 
+@needs_a_compiler
 def test_a_source_that_does_not_compile(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.c"
     wrong.write_text("int wrong(void) { return nothing; }\n", encoding="utf-8")

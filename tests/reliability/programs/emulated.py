@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from threading import Event
+from threading import Event, Thread
 from typing import Any
 
 from rems_net.drivers.hardware.dynamixel import table
@@ -48,6 +48,12 @@ LOOKS: dict[str, Callable[[Any], tuple[bool, str]]] = {
 }
 
 
+def obey(emulator: Any) -> None:
+    """Let happen what each line of the standard input says, such as `unplug 3`."""
+    for line in sys.stdin:
+        emulator.order(line.strip())
+
+
 def main() -> None:
     path, name = Path(sys.argv[1]), sys.argv[2]
     with suppress(PermissionError, AttributeError):
@@ -58,6 +64,7 @@ def main() -> None:
     moved = False
     with made as emulator, path.open("w", encoding="utf-8") as log:
         print(json.dumps({"ports": [emulator.where]}), flush=True)
+        Thread(target=obey, args=(emulator,), daemon=True).start()
         while emulator.failure is None:
             moves, why = LOOKS[name](emulator.device)
             if moves != moved:

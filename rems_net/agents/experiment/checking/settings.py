@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rems_net.agents.diagnosis import describe
+from rems_net.agents.protocol.limits import SHORTEST, check_pace
 from rems_net.agents.protocol.terms import Wait
 from rems_net.agents.rules import check_rules
 from rems_net.defdict import parse_quantity
@@ -45,10 +46,8 @@ def seconds(value: object, what: str) -> float:
         number = parse_quantity(value, "s")
     except RemsError as error:
         raise ExperimentError(f"{what}: {error}") from None
-    if not 0 < number < 1e9:
-        raise ExperimentError(
-            f"{what} is {value!r}; expected more than 0 s and less than 1e9 s. (R0408)"
-        )
+    if not SHORTEST <= number < 1e9:
+        raise ExperimentError(f"{what} is {value!r}; expected 1e-9 s to 1e9 s. (R0408)")
     return number
 
 
@@ -70,22 +69,6 @@ def check_wait(value: object) -> Wait:
             )
     one = {word: seconds(value, f"wait: {word}") for word, value in given.items()}
     return Wait(**one)
-
-
-def check_pace(value: object) -> float:
-    """Return 0.0 for "fast", else a real-time factor above 0."""
-    if value == "fast":
-        return 0.0
-    try:
-        number = float(value) if isinstance(value, int | float | str) else -1.0
-    except ValueError:
-        number = -1.0
-    if isinstance(value, bool) or not 0 < number < 1e6:
-        raise ExperimentError(
-            f'pace is {value!r}; expected "fast" or a real-time factor above 0, '
-            f"such as 1.0.{nearest(value, ['fast'])} (R0408)"
-        )
-    return number
 
 
 def check_choice(value: object, what: str, choices: tuple[str, ...]) -> str:

@@ -17,6 +17,7 @@ from rems_net.drivers.hardware.create2.readings import allows, reason
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.create2.waking import (
     SETTLE,
+    begin,
     call_back,
     hear_first,
     is_awake,
@@ -58,6 +59,8 @@ class OpenInterface(Rolling, SerialDriven):
 
     #: the robot's newest sensor frame; None before the first one
     _seen: Mapping[str, int] | None = None
+    #: number of values that cannot be
+    _impossible = 0
 
     def __init__(self, name: str = "", **rest: Any):
         super().__init__(name, **rest)
@@ -92,9 +95,9 @@ class OpenInterface(Rolling, SerialDriven):
             awake = is_awake(line)
         if not awake:  # after a loss of power, its encoders count from zero
             self._path.forget()
-        for command in (Op.START, Op[self.options.mode.upper()]):
-            self._say(bytes([command]))
-            Event().wait(SETTLE)
+        self._stream.too_high = begin(line, self.options.mode)
+        if self._stream.too_high and not self._seen:
+            self.note("reports its mode plus one, as some Roombas do: 1 is subtracted")
         self._say(commands.drive_direct(0, 0))
         self._say(commands.stream(self._stream.numbers))
         hear_first(line, self._stream, self.options.port, closely=not self._seen)
@@ -200,6 +203,8 @@ class OpenInterface(Rolling, SerialDriven):
                 f"it reports mode {values['mode']}, and charging in state "
                 f"{values['charging']}: there are none such"
             ) from None
+        self._impossible += sum(path not in status for path in readings.BATTERY)
+        status["battery/impossible"] = self._impossible
         return {**self.rolled(readings.sensors(values, self._path)), "status": status}
 
     @verb

@@ -63,6 +63,8 @@ PACKETS: dict[int, tuple[str, str]] = {
     57: ("motor_side_brush", "h"),
     58: ("stasis", "B"),
 }
+#: possible values of a Create 2: mV of its battery, mAh of a full one
+VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
 NUMBERS = {name: number for number, (name, _) in PACKETS.items()}
 
 #: first and last packet of each group

@@ -14,7 +14,14 @@ from rems_net.defdict import (
     temperature,
     voltage,
 )
-from rems_net.drivers.hardware.create2.packets import BITS, CHARGING, MODES, bit
+from rems_net.drivers.hardware.create2.packets import (
+    BITS,
+    CAPACITY,
+    CHARGING,
+    MODES,
+    VOLTAGE,
+    bit,
+)
 from rems_net.drivers.hardware.odometry import Odometer
 
 SIDES = ("left", "right")
@@ -54,6 +61,7 @@ STATUS = Schema(
             "capacity": charge(doc="of a full one, as the robot takes it"),
             "temperature": temperature(),
             "charging": choice(*CHARGING),
+            "impossible": integer(doc="values above that cannot be, and were left out"),
         },
         "charger": {
             "plug": boolean(doc="in its socket"),
@@ -92,10 +100,8 @@ def status(values: Mapping[str, int]) -> dict[str, Any]:
         "virtual_wall": bool(values["virtual_wall"]),
         "signal/wall": min(values["wall_signal"] / WALL, 1.0),
         "infrared/omni": values["infrared_omni"],
-        "battery/voltage": values["voltage"] / 1000,
+        **battery(values),
         "battery/current": values["current"] / 1000,
-        "battery/charge": values["charge"] * 3.6,
-        "battery/capacity": values["capacity"] * 3.6,
         "battery/temperature": float(values["temperature"]),
         "battery/charging": CHARGING[values["charging"]],
         "charger/plug": bool(values["chargers"] & 1),
@@ -115,6 +121,27 @@ def status(values: Mapping[str, int]) -> dict[str, Any]:
         found[f"overcurrent/{side}"] = bit(values, "overcurrents", f"wheel_{side}")
         found[f"motor/{side}"] = values[f"motor_{side}"] / 1000
         found[f"infrared/{side}"] = values[f"infrared_{side}"]
+    return found
+
+
+#: fields that `battery` returns, if all are possible
+BATTERY = ("battery/voltage", "battery/charge", "battery/capacity")
+#: times its capacity. A new battery may hold more than the robot expects.
+FULLEST = 1.5
+
+
+def battery(values: Mapping[str, int]) -> dict[str, float]:
+    """Return those fields of BATTERY that a battery can have.
+
+    Robots with another battery report such as 65,529 mAh of 2,696, or 0 of 0.
+    """
+    found = {}
+    if values["voltage"] in VOLTAGE:
+        found["battery/voltage"] = values["voltage"] / 1000
+    if values["capacity"] in CAPACITY:
+        found["battery/capacity"] = values["capacity"] * 3.6
+        if values["charge"] <= FULLEST * values["capacity"]:
+            found["battery/charge"] = values["charge"] * 3.6
     return found
 
 

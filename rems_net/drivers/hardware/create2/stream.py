@@ -23,12 +23,13 @@ def frame(numbers: Sequence[int], values: dict[str, int]) -> bytes:
 class Stream:
     """Finder of frames with given packets, by all bytes that are the same in each.
 
-    damaged: number of frames that were lost or wrong.
+    damaged: number of frames that were lost or wrong.  too_high: subtracted from the
+    reported mode, see `waking.begin`.
     """
 
     def __init__(self, numbers: Sequence[int]):
         self.numbers = tuple(numbers)
-        self.damaged = 0
+        self.damaged = self.too_high = 0
         sizes = [1 + packets.form(number).size for number in self.numbers]
         self._body = sum(sizes)
         self.size = self._body + 3
@@ -54,6 +55,8 @@ class Stream:
             if self._whole():
                 values = self._form.unpack_from(self._buffer, 2)
                 found.append(dict(zip(self._names, values, strict=True)))
+                if self.too_high:
+                    found[-1]["mode"] = max(0, found[-1]["mode"] - self.too_high)
                 # The skipped bytes were frames, too: damaged ones.
                 self.damaged += -(-self._skipped // self.size)
                 self._skipped = 0

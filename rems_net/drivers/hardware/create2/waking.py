@@ -5,7 +5,7 @@ from threading import Event
 from rems_net.agents.wall import wall
 from rems_net.drivers.hardware.create2 import packets
 from rems_net.drivers.hardware.create2.commands import BAUDS, FLUSH, Op
-from rems_net.drivers.hardware.create2.packets import MODES
+from rems_net.drivers.hardware.create2.packets import CAPACITY, MODES, VOLTAGE
 from rems_net.drivers.hardware.create2.stream import Stream
 from rems_net.drivers.hardware.driven import NoDeviceError
 from rems_net.drivers.hardware.ports import Line
@@ -20,19 +20,41 @@ FIRST = 0.2
 USUAL = (115_200, 19_200)
 #: the group of all packets
 ALL = 100
-#: possible values of a Create 2: mV of its battery, mAh of a full one
-VOLTAGE, CAPACITY = range(5_000, 25_000), range(500, 10_000)
 
 
 def is_awake(line: Line) -> bool:
     """Return whether it answers before START: if so, it has not lost its power."""
     line.write(FLUSH + bytes([Op.PAUSE, 0]))
     Event().wait(SETTLE)
+    return 1 <= reported_mode(line) <= len(MODES)
+
+
+def reported_mode(line: Line) -> int:
+    """Return the number of the mode that it reports; 0 if it does not answer."""
     line.read(line.in_waiting)
     line.write(bytes([Op.SENSORS, 35]))
-    Event().wait(2 * SETTLE)
-    mode = int.from_bytes(line.read(line.in_waiting)[:1])
-    return 1 <= mode < len(MODES)
+    until, reply = wall() + FIRST, b""
+    while not reply and wall() < until:
+        reply = line.read(1)
+    return int.from_bytes(reply)
+
+
+def begin(line: Line, mode: str) -> int:
+    """Start its interface in this mode, "safe" or "full".
+
+    Returns by how much the modes that it reports are too high: 0, or 1 of some Roombas
+    (libcreate, issue 67). START always leads to Passive; one may be lost, not two.
+    """
+    passive, too_high = MODES.index("passive"), 0
+    for _ in range(2):
+        line.write(bytes([Op.START]))
+        Event().wait(SETTLE)
+        too_high = int(reported_mode(line) == passive + 1)
+        if not too_high:
+            break
+    line.write(bytes([Op[mode.upper()]]))
+    Event().wait(SETTLE)
+    return too_high
 
 
 def all_sensors(line: Line) -> dict[str, int]:

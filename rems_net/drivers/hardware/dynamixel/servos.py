@@ -221,8 +221,37 @@ class Servos(SerialDriven):
             said = bus.ask(servo)  # a new mode may count positions differently
         if guarded:
             bus.write(servo, table.WATCHDOG, 0, "to let its watchdog go")
+        self._check_limits(servo, said)
+        # Another program may have left less, or nothing; both are kept until power off.
+        bus.write(servo, table.GOAL_PWM, said(table.PWM_LIMIT), "a PWM")
         bus.write(servo, self.goal, self.still(said), "to stand")
         return said
+
+    def _check_limits(self, servo: int, said: Said) -> None:
+        """Look at the limits that are set in a servo, and that we cannot exceed.
+
+        Raises NoDeviceError if it could not move.
+        """
+        name, pwm = self.bus.name(servo), said(table.PWM_LIMIT)
+        for limit, value in (
+            ("PWM Limit", pwm),
+            ("Velocity Limit", said(table.VELOCITY_LIMIT)),
+        ):
+            if not value:
+                raise NoDeviceError(
+                    f"{name} cannot move: its {limit} is 0. Set another one with "
+                    "DYNAMIXEL Wizard."
+                )
+        if self._seen_all:
+            return
+        if pwm < table.FULL_PWM:
+            share = 100 * pwm / table.FULL_PWM
+            self.note(f"has little force at {name}: its PWM Limit is {share:.0f} %")
+        if self.mode == table.EXTENDED_MODE and (off := said(table.HOMING_OFFSET)):
+            degrees = off * 360 / table.TURN
+            self.note(
+                f"counts angles of {name} from {degrees:.1f} degrees: its Homing Offset"
+            )
 
     def _wake(self, servo: int) -> None:
         """Switch the servo's torque on. Raises NoDeviceError if it stays off."""

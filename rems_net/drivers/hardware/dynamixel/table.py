@@ -77,8 +77,8 @@ VELOCITY = 0.229 * 2 * pi / 60
 ACCELERATION = 214.577 * 2 * pi / 3600
 POSITION = 2 * pi / 4096
 WATCHDOG_STEP = 0.020
-#: counts of a turn
-TURN = 4096
+#: counts of a turn, and of a PWM of 100 %
+TURN, FULL_PWM = 4096, 885
 
 #: values of OPERATING_MODE
 VELOCITY_MODE, POSITION_MODE, EXTENDED_MODE = 1, 3, 4

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rems_net.agents.ports import Settings
-from rems_net.defdict import DefDict, boolean, choice, integer
+from rems_net.defdict import DefDict, Field, boolean, choice, integer
 from rems_net.drivers.hardware.dynamixel import table
 from rems_net.drivers.hardware.dynamixel.bus import Said
 from rems_net.drivers.hardware.dynamixel.servos import Servos
@@ -60,9 +60,24 @@ class Wheels(Rolling, Servos):
 
     def found(self, said: Mapping[int, Said]) -> None:
         self._limits = {servo: say(table.VELOCITY_LIMIT) for servo, say in said.items()}
+        for servo, path in self.names().items():
+            self._check_speed(servo, path)
+            # Another program may have left one: wheels would start slowly.
+            self.bus.write(servo, table.PROFILE_ACCELERATION, 0, "no acceleration")
         # A servo that kept its torque has kept its count; others begin within a turn.
         if not all(say(table.TORQUE) for say in said.values()):
             self._path.forget()
+
+    def _check_speed(self, servo: int, path: str) -> None:
+        """Warn if the servo's limit is below 100 % of its wheel's speed."""
+        field = self.command.schema.find(path)
+        top = field.range[1] if isinstance(field, Field) and field.range else 0.0
+        limit = self._limits[servo] * table.VELOCITY
+        if limit < 0.99 * top and not self._seen_all:
+            self.note(
+                f"turns {path} at {limit:.2f} rad/s at most, and 100 % is {top:.2f} "
+                f"rad/s: the Velocity Limit of servo {servo}"
+            )
 
     def goals(self, command: DefDict) -> Mapping[int, int]:
         goals = {}

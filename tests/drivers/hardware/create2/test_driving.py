@@ -1,5 +1,6 @@
 """A Create 2's driver and an emulated one, on a real port: what it obeys and says."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from rems_net import Definition, In, Out
 from rems_net.agents.robot import combine
 from rems_net.drivers.hardware.create2.open_interface import OpenInterface
 from rems_net.emulators.create2.device import Create2Device
-from rems_net.emulators.create2.interface import PASSIVE
+from rems_net.emulators.create2.interface import FULL, PASSIVE, SAFE
 from rems_net.errors import FieldValueError, SchemaError
 from rems_net.robots.create2 import Create2
 from rems_net.robots.woodbot import Woodbot
@@ -45,6 +46,67 @@ def test_it_obeys_and_says_where_it_is(tmp_path: Path) -> None:
         assert emulator.device.interface.mode == PASSIVE
         assert wheels(emulator) == (0, 0)
         assert {*driven(emulator)} == {(0, 0), (200, 100)}
+
+
+@pytest.mark.parametrize("mode", ["safe", "full"])
+@pytest.mark.parametrize("before", [PASSIVE, SAFE, FULL])
+def test_a_roomba_that_reports_its_mode_plus_one(
+    tmp_path: Path, mode: str, before: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.order("mode plus-one")
+        emulator.device.interface.mode = before  # as an earlier run left it
+        with opened(emulator, mode=mode) as robot:
+            keep(robot, (200, 100), lambda: robot.state.heading < -0.2)
+            assert robot.status.mode == mode
+            emulator.order("lift")
+            keep(robot, (200, 100), lambda: robot.status["wheel_drop/left"])
+            emulator.order("lower")
+            keep(robot, (200, 100), lambda: wheels(emulator) == (200, 100))
+    said = capfd.readouterr().err
+    assert "robot/b reports its mode plus one, as some Roombas do" in said
+
+
+def test_such_a_roomba_at_its_charger(tmp_path: Path) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.order("mode plus-one")
+        emulator.order("charger in")
+        with opened(emulator) as robot:
+            keep_for(robot, (200, 100), 0.3)
+            assert wheels(emulator) == (0, 0)
+            emulator.order("charger out")
+            keep(robot, (200, 100), lambda: wheels(emulator) == (200, 100))
+
+
+def test_a_robot_that_never_moves_is_named(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path) as emulator:
+        emulator.order("charger in")
+        with opened(emulator) as robot:
+            keep_for(robot, (200, 200), 1.5)
+    said = capfd.readouterr().err
+    assert "robot/b stands by itself: it is at its charger" in said
+    assert re.search(r"robot/b was commanded to move for 1\.\d s, and its state", said)
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        keep_for(robot, (0, 0), 1.5)
+    assert "was commanded to move" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(("battery", "per_frame"), [("impossible", 1), ("unknown", 2)])
+def test_values_of_a_battery_that_cannot_be(
+    tmp_path: Path, battery: str, per_frame: int
+) -> None:
+    with emulated(tmp_path) as emulator, opened(emulator) as robot:
+        keep(robot, (0, 0), lambda: robot.status["battery/charge"] > 0)
+        assert robot.status["battery/impossible"] == 0
+        emulator.order(f"battery {battery}")
+        keep(robot, (0, 0), lambda: robot.status["battery/impossible"] > 0)
+        keep_for(robot, (0, 0), 0.1)
+        assert robot.status["battery/impossible"] % per_frame == 0
+        assert 9_000 < robot.status["battery/charge"] < 9_706
+        assert 9_000 < robot.status["battery/capacity"] < 9_706
+        assert robot.status["battery/voltage"] > 10
 
 
 def test_its_sensors(tmp_path: Path) -> None:

@@ -50,6 +50,18 @@ def arrived(robot: Any) -> bool:
     )
 
 
+def test_a_homing_offset_is_named(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It moves the zero of a joint: somebody may have set it for another robot."""
+    device = ScalerServos()
+    servo(device, 13).memory[table.HOMING_OFFSET] = 512
+    with emulated(tmp_path, device) as emulator, opened(Arms, emulator) as robot:
+        keep_for(robot, HOLD, 0.1)
+    said = capfd.readouterr().err
+    assert "counts angles of servo 13 (left/wrist/1) from 45.0 degrees: its Hom" in said
+
+
 def test_the_joints_are_the_definitions() -> None:
     assert list(JOINTS) == [path for arm in ARMS for path in paths(arm)]
     numbers = [joint.servo for joint in JOINTS.values()]

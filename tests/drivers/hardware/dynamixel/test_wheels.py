@@ -17,7 +17,7 @@ from rems_net.robots.create2 import Create2
 from rems_net.robots.scaler import Scaler
 from tests.agents.runs import until
 from tests.drivers.alone import keep, keep_for
-from tests.drivers.hardware.dynamixel.scene import emulated, made, opened
+from tests.drivers.hardware.dynamixel.scene import emulated, made, opened, refused
 
 #: a command, and what the servos on the left and on the right are told for it
 AHEAD = {"wheel/left": 2.0, "wheel/right": 1.0}
@@ -86,12 +86,55 @@ def test_a_wheel_that_is_mounted_the_other_way_round(tmp_path: Path) -> None:
         keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 0.2)
 
 
-def test_no_faster_than_its_servos_are_allowed_to(tmp_path: Path) -> None:
+def test_no_faster_than_its_servos_are_allowed_to(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     """A goal beyond their limit they would refuse, in silence."""
     device = DynabotServos()
     device.left.memory[table.VELOCITY_LIMIT] = 50
     with emulated(tmp_path, device) as emulator, opened(Wheels, emulator) as robot:
         keep(robot, AHEAD, lambda: goals(emulator) == (50, -42))
+    assert (
+        "warning: robot/b turns wheel/left at 1.20 rad/s at most, and 100 % is 6.35 "
+        "rad/s: the Velocity Limit of servo 2\n"
+    ) in capfd.readouterr().err
+
+
+def test_what_another_program_has_left_in_its_servos(tmp_path: Path) -> None:
+    """No force, and a slow start: both are kept until the power is off."""
+    device = DynabotServos()
+    for servo in (device.left, device.right):
+        servo.memory[table.OPERATING_MODE] = table.VELOCITY_MODE
+        servo.memory[table.GOAL_PWM] = 0
+        servo.memory[table.PROFILE_ACCELERATION] = 1
+    with emulated(tmp_path, device) as emulator, opened(Wheels, emulator) as robot:
+        keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 1)
+        assert device.left.memory[table.GOAL_PWM] == table.FULL_PWM
+        assert device.left.memory[table.PROFILE_ACCELERATION] == 0
+
+
+@pytest.mark.parametrize(
+    ("register", "name"),
+    [(table.PWM_LIMIT, "PWM Limit"), (table.VELOCITY_LIMIT, "Velocity Limit")],
+)
+def test_a_limit_of_0(tmp_path: Path, register: table.Register, name: str) -> None:
+    device = DynabotServos()
+    device.right.memory[register] = 0
+    with emulated(tmp_path, device) as emulator:
+        assert f"servo 1 (wheel/right) cannot move: its {name} is 0." in refused(
+            Wheels, emulator
+        )
+
+
+def test_a_weak_servo(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    device = DynabotServos()
+    device.left.memory[table.PWM_LIMIT] = 177
+    with emulated(tmp_path, device) as emulator, opened(Wheels, emulator) as robot:
+        keep(robot, AHEAD, lambda: robot.state["wheel/left"] > 0.1)
+    assert (
+        "robot/b has little force at servo 2 (wheel/left): its PWM Limit is 20 %"
+        in (capfd.readouterr().err)
+    )
 
 
 def test_reset_counts_from_where_it_is(tmp_path: Path) -> None:
@@ -162,7 +205,8 @@ def test_what_it_cannot_sense_is_told(
         keep_for(robot, STAND, 0.4)
         robot.close()
     cliffs = (f"sensors/cliff/{at}" for at in CLIFFS)
-    assert capfd.readouterr().err.splitlines() == [
+    # The first two are on the speed of its wheels.
+    assert capfd.readouterr().err.splitlines()[2:] == [
         "warning: robot/b receives nothing from its device of sensors/bumper/left, "
         f"sensors/bumper/right, {', '.join(cliffs)}"
     ]
