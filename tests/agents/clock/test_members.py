@@ -151,3 +151,19 @@ def test_ticks_of_one_step_of_the_clock_have_no_rate() -> None:
     member.hear(1)
     member.n = 5
     assert member.rate(member.seen) == 0.0
+
+
+@pytest.mark.parametrize(("is_open", "first"), [(True, 8000), (False, 200)])
+def test_a_host_that_asks_again_begins_at_a_tick_that_comes(
+    is_open: bool, first: int
+) -> None:
+    """Else it says that it is late by all the ticks since its first admission."""
+    members = Members(1, Terms(0.02, open=is_open))
+    agents = [Entry("robot/a", "h", {}, [], lockstep=not is_open)]
+    asked = Request("h", "desk", 1, "", agents, {}, False, 0)
+    once = members.join(asked, 200, 0.0)
+    members.changed = False
+    again = members.join(asked, 8000, 0.0)
+    assert (again.badge, again.first) == (once.badge, first)
+    # a roster of this tick, by which the host learns that it is admitted
+    assert members.changed == is_open
