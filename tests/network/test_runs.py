@@ -85,6 +85,19 @@ def test_a_partition_costs_time(tmp_path: Path, who: str, seconds: float) -> Non
             assert re.search(r"the clock is back, after \d+ s", bring.text())
 
 
+@pytest.mark.parametrize("who", ["a", "b"])
+def test_another_address_costs_time(tmp_path: Path, who: str) -> None:
+    """Of the machine with the clock, and of that with the robot; seen: R0522."""
+    with Lab(tmp_path) as lab:
+        _, router = lab.build().router("hub")
+        expected = alone(lab, router, duration=6, pace=1)
+        run, bring = lab.run_and_bring(router)
+        until(lambda: lab.rows() > 20, "rows", SOON)
+        lab.move(who, "10.77.0.9")
+        assert (ends(run), ends(bring)) == (0, 0), run.text() + bring.text()
+        assert lab.digest("here") == expected
+
+
 @pytest.mark.parametrize("what", ["sends", "hears"])
 def test_a_one_way_cut(tmp_path: Path, what: str) -> None:
     with Lab(tmp_path) as lab:
