@@ -73,17 +73,17 @@ def read_text(path: Path, shown: str) -> str:
     """
     try:
         return plain(read_file(path, TABLE), shown)
-    except FileNotFoundError:
-        if shown.isprintable():
+    except OSError as error:
+        if not shown.isprintable():  # Windows calls such a name invalid
+            raise ExperimentError(
+                f"there is no file {shown!r}: in double quotes a backslash is the "
+                "beginning of another character. Write the path in single quotes, or "
+                "with slashes. (R0804)"
+            ) from None
+        if isinstance(error, FileNotFoundError):
             raise ExperimentError(
                 f"there is no file {whereabouts(path, '.csv')} (R0804)"
             ) from None
-        raise ExperimentError(
-            f"there is no file {shown!r}: in double quotes a backslash is the "
-            "beginning of another character. Write the path in single quotes, or "
-            "with slashes. (R0804)"
-        ) from None
-    except OSError as error:
         raise ExperimentError(
             f"cannot read {shown}: {error.strerror}. (R0804)"
         ) from None
