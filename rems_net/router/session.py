@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: Zenoh's threads: five receive, one sends, one opens connections. When a connection is
 #: lost, its receiver waits for the end of the connection's tasks (`net`), for up to 10
 #: s. With these tasks on a receiver, or with one receiver, a laptop that had lost its
-#: Wi-Fi was back after 13 s in two of three cases, in place of 3 s. Within 10 s four
+#: Wi-Fi was often back after 13 s, in place of 3 s. Within 10 s four
 #: connections can be lost, one after the other, since each loss takes 3 s. The sender
 #: must not run the tasks, which wait for it. The receivers must not watch the sockets
 #: of new connections (`acc`): they would come to a standstill when they wait for the
