@@ -21,6 +21,7 @@ import zenoh
 from rems_net.errors import FabricError
 from rems_net.router.asking import Asking, glob, shaped
 from rems_net.router.files import SESSION, check_files
+from rems_net.router.finding.address import is_here
 from rems_net.router.mail import Mail, Mailbox, Presence, Question, encoding
 from rems_net.router.publisher import Publisher, Watch, direct
 from rems_net.router.settings import Link
@@ -29,20 +30,24 @@ from rems_net.system.interrupts import Again
 if TYPE_CHECKING:
     from rems_net.router.gate.users import Users
 
-#: Zenoh's threads: five receive, one sends, one opens connections. When a connection is
-#: lost, its receiver waits for the end of the connection's tasks (`net`), for up to 10
-#: s. With these tasks on a receiver, or with one receiver, a laptop that had lost its
-#: Wi-Fi was often back after 13 s, in place of 3 s. Within 10 s four
-#: connections can be lost, one after the other, since each loss takes 3 s. The sender
-#: must not run the tasks, which wait for it. The receivers must not watch the sockets
-#: of new connections (`acc`): they would come to a standstill when they wait for the
-#: sender. The sender is too busy: with `acc` on it, a router with ten robots is 10 %
-#: slower. So `acc` has its own thread, which starts only in a process that listens.
-_REST = (
-    "tx: (worker_threads: 1), acc: (worker_threads: 1), net: (worker_threads: 1), "
-    "app: (handover: net)"
+#: Zenoh's threads: one receives, one sends (Zenoh's default is six). A single thread
+#: for both would come to a standstill when the receiver waits for the sender. The
+#: receiver must not watch the sockets of new connections (`acc`) either, for the same
+#: reason; and the sender is too busy: with `acc` on it, a router with ten robots is 10
+#: % slower. So `acc` has its own thread, which starts only in a process that listens.
+_ONE = "(worker_threads: 1)"
+_REST = f"tx: {_ONE}, acc: {_ONE}, net: (handover: rx), app: (handover: rx)"
+_THREADS = f"(rx: {_ONE}, {_REST})"
+#: At a router on another machine, five receive. When a connection is lost, its receiver
+#: waits for the end of the connection's tasks (`net`), for up to 10 s. With these tasks
+#: on a receiver, or with one receiver, a laptop that had lost its Wi-Fi was often back
+#: after 13 s, in place of 3 s. Within 10 s four connections can be lost, one after the
+#: other. The sender must not run the tasks, which wait for it. On one machine this
+#: would cost lock-step a quarter of its speed.
+_FAR = (
+    f"(rx: (worker_threads: 5), tx: {_ONE}, acc: {_ONE}, net: {_ONE}, "
+    "app: (handover: net))"
 )
-_THREADS = f"(rx: (worker_threads: 5), {_REST})"
 #: A shared router gets 16 receiver threads. A thread can block for up to 5 s if a
 #: client stops reading messages that must not be lost; with a single thread, one frozen
 #: laptop stopped a whole class.
@@ -147,8 +152,10 @@ class Session:
     def _say_threads(self) -> None:
         # Zenoh reads the variable once, at its first start. A value that this process
         # inherited from a parent of ours is not the user's own choice.
-        if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _SHARED):
-            os.environ["ZENOH_RUNTIME"] = _SHARED if self.link.behind else _THREADS
+        if os.environ.get("ZENOH_RUNTIME") in (None, _THREADS, _FAR, _SHARED):
+            near = self.link.serve or is_here(self.link.endpoint)
+            threads = _SHARED if self.link.behind else _THREADS if near else _FAR
+            os.environ["ZENOH_RUNTIME"] = threads
 
     def _serve(self, users: "Users") -> zenoh.Session:
         from rems_net.router.gate.users import dictionary
