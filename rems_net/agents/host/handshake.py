@@ -102,6 +102,11 @@ def _nobody(session: Session) -> str:
     endpoint = session.link.endpoint
     if session.connected:
         return f"no clock at {endpoint} yet; waiting"
+    # Imported here: each process of a run asks for admission, and hardly one waits.
+    from rems_net.router.gate.probe import stranger
+
+    if why := stranger(endpoint):  # also why the router refuses this laptop
+        return f"{why}; waiting"
     return (
         f"no router answers at {endpoint} any more; waiting. If it has moved, end "
         "this by Ctrl+C, type `rems router use` with its new address, and start it "

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import socket
 import subprocess
 import sys
 import threading
@@ -15,15 +16,17 @@ from rems_net.agents.about.wiring import Entry, resolve
 from rems_net.agents.clock.clock import Clock
 from rems_net.agents.clock.members import Member, Members
 from rems_net.agents.clock.progress import Progress
+from rems_net.agents.host import handshake
 from rems_net.agents.protocol.limits import AHEAD
 from rems_net.agents.protocol.messages import Request
 from rems_net.agents.protocol.plan import HERE
 from rems_net.agents.protocol.terms import Terms
 from rems_net.errors import ExperimentError, FabricError
+from rems_net.router.finding.address import host_and_port
 from rems_net.router.message import pack
 from rems_net.router.session import Session
 from rems_net.router.settings import Link
-from tests.agents.runs import PARTS, Told, digest, until
+from tests.agents.runs import PARTS, Router, Told, digest, until
 from tests.signals import freeze, thaw
 
 PLAIN = PARTS.parent.parent / "docs" / "programs" / "plain_agent.py"
@@ -229,3 +232,16 @@ def test_many_who_hold_a_tick_are_counted() -> None:
     assert progress.describe(late) == f"{named} and 27 more hosts"
     late = {"h00", "h01", "h02", "h03"}
     assert progress.describe(late) == f"{named} and 1 more host"
+
+
+def test_a_host_that_waits_shows_why_no_router_answers() -> None:
+    """Its router was frozen, refuses it, or another program has the port by now."""
+    with Router() as router:
+        session = Session(Link(router.endpoint))
+        session.open()
+    with session:
+        until(lambda: not session.connected)
+        assert handshake._nobody(session).startswith("no router answers at ")
+        with socket.create_server(host_and_port(router.endpoint)):
+            shown = handshake._nobody(session)
+    assert shown.startswith(f"{router.endpoint} takes connections and answers")
