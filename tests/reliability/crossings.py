@@ -294,11 +294,11 @@ def _rems(scene: Scene, *words: str) -> tuple[int, str]:
 
 TEXT = f"""Somebody goes silent for {LASTS:g} s while a robot drives; {ASKED:g} s later
 another person types `rems stop`. A cell has the seconds until the robot stood, in the
-worst of the trials (their number). It is bold if one of four things failed: the robot
-stands within {LIMIT:g} s, or is called one that may drive on; no receipt says that it
-stands while it moves, and the exit status is 0 only if all surely stand; a screen names
-who is silent; and after the fault STOP holds with a true receipt, and after its release
-the robot drives again, or its run has ended with its name. Not tried here: """
+worst of the trials (their number). It is bold if one of these failed: (1) The robot
+stands within {LIMIT:g} s, or is called one that may drive on. (2) No receipt calls it
+standing while it moves, and the exit status is 0 only if all surely stand. (3) A screen
+names the silent one. (4) After the fault STOP holds, with a true receipt; after its
+release the robot drives again, or its run has ended with its name. Not tried here:"""
 
 
 def section(found: Sequence[Cell]) -> Section:
@@ -308,7 +308,6 @@ def section(found: Sequence[Cell]) -> Section:
     for cell in found:
         rows.setdefault(cell.silent, []).append(cell.show())
     lines = table(["silent", *robots], [[name, *cells] for name, cells in rows.items()])
-    others = [f"{name} ({why})" for name, why in ELSEWHERE.items()]
-    drivers = [f"{n} ({d[4:]})" for n, d in DRIVERS.items() if d.startswith("no: ")]
-    text = f"{TEXT}{', '.join([*others, *drivers])}."
+    left = ELSEWHERE | {f"`{n}`": d[4:] for n, d in DRIVERS.items() if d[:4] == "no: "}
+    text = "\n".join([TEXT, "", *(f"- {name}: {why}." for name, why in left.items())])
     return Section("crossings", "Who goes silent, by robot", text, lines)
