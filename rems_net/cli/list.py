@@ -96,12 +96,12 @@ def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
 
 
 def _standing(fabric: Fabric, *, holds: bool) -> Iterator[str]:
-    """Yield a line for each robot that does not surely stand, and their number."""
+    """Yield how many robots surely stand, and a line for each other or lost one."""
     found = standings(fabric.session, holds=holds)
     if holds and found:
         yield f"{sum(one.stands for one in found)} of {len(found)} robots stand."
     for receipt in found:
-        if not receipt.stands:
+        if receipt.standing.kind == "lost" or not receipt.stands:
             yield f"{receipt}."
 
 

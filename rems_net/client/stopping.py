@@ -200,7 +200,7 @@ def _read_receipt(mail: Mail) -> Receipt:
     if type(when) not in (int, float) or not math.isfinite(when):
         raise WireError("it is no receipt (R0621)")
     standing = read_standing(plain)
-    if not stopped and standing.is_sure:
+    if not stopped and standing.kind != "lost":
         standing = SENT  # STOP has not come there yet
     return Receipt(printable(agent_of(mail.key)), standing, tick, float(when))
 

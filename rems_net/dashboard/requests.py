@@ -146,7 +146,9 @@ class Requests:
 
     def _standing(self, holds: bool) -> dict[str, str]:
         """Return what is not well with robots that have to stand; "" for the others."""
-        found = standings(self.fabric.session, holds=holds, timeout=SHORT)
+        # A program that never answers may keep the question open for so long.
+        timeout = SHORT if holds else SHORT / 4
+        found = standings(self.fabric.session, holds=holds, timeout=timeout)
         return {one.robot: "" if one.stands else str(one) for one in found}
 
     def schema(self, channel: Channel, payload: bytes) -> list[dict[str, Any]] | None:

@@ -183,6 +183,7 @@ def test_the_class_is_there_to_be_seen_and_its_robots_to_be_driven(
     done = anna("stop")
     assert done.returncode in (1, 2)  # an earlier robot of the team may be missing
     assert "robot/wood" not in done.stdout
+    assert anna("stop", "--release").returncode == 0  # the router keeps it, too
     with join("rems") as fabric:
         assert not fabric.get("clock/tick")["rems/clock/tick"]["stops"] % 2
     assert "robot/wood stands" in anna("stop", *there).stdout

@@ -178,6 +178,7 @@ class Lesson(Rig):
             return re.compile("")  # nobody else reaches this machine's loopback
         text = re.escape(" ".join(line.split()))
         router = re.escape(self.at if self.apart else self.at.partition(":")[0])
+        router += r"(:\d+)?"
         text = text.replace(re.escape(ADDRESS), "ROUTER").replace(
             re.escape(CODE), "CODE"
         )

@@ -288,6 +288,7 @@ def _rems(scene: Scene, *words: str) -> tuple[int, str]:
     except subprocess.TimeoutExpired:  # it repeats STOP until the router is back
         program.kill()
         code = 1
+    program.end()
     scene.rig.programs.remove(program)  # it has ended, as it has to
     return code, program.text()
 

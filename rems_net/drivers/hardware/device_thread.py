@@ -8,7 +8,7 @@ from math import inf
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from rems_net.agents.about.standing import Standing, alone
+from rems_net.agents.about.standing import Standing
 from rems_net.agents.diagnosis import describe, where
 from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
@@ -304,8 +304,7 @@ class DeviceThread(Thread):
             else:
                 return
             Event().wait(self.periodic.period)
-        left = alone(self.device.stops_alone)
-        self.unsure = f"did not confirm its last, safe command ({why}): {left}"
+        self.note(f"did not confirm its last, safe command: {why}")
 
     def _do(self, name: str, call: Callable[[], Result]) -> Result:
         self.call = Call(name, wall())

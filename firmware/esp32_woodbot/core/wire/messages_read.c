@@ -14,6 +14,9 @@ uint64_t run_of(uint64_t badge)
     return badge >> MEMBER_BITS;
 }
 
+/* A pace, if it is not 0: as fast as the slowest host. */
+static const double SLOWEST = 0.001, FASTEST = 1e4;
+
 static bool is_within(double value, double low, double high)
 {
     return low <= value && value <= high; /* false for NaN */
@@ -57,7 +60,8 @@ bool beat_read(struct bytes message, struct beat *beat)
     found.epoch = wire_read_whole(&in, 0, WIRE_LAST_TICK);
     found.stops = wire_read_whole(&in, 0, WIRE_LAST_TICK);
     if (!wire_ended(&in) || !is_within(found.t, DBL_MIN, 1e18)
-        || !is_within(found.dt, DBL_MIN, 1e9) || !is_within(found.pace, 0, 1e6))
+        || !is_within(found.dt, DBL_MIN, 1e9)
+        || !(is_within(found.pace, 0, 0) || is_within(found.pace, SLOWEST, FASTEST)))
         return false;
     *beat = found;
     return true;
