@@ -61,6 +61,7 @@ def test_a_robot_takes_its_id_back_from_a_later_address(router: Shared) -> None:
     with router.raw(host="127.0.0.2") as robot:
         assert robot.join() == LET_IN
     until(lambda: _joins(router, robot.zid, "127.0.0.3"))
+    until(lambda: _joins(router, robot.zid, "127.0.0.4"))
     with router.raw(robot.zid, "127.0.0.4") as thief:
         assert thief.join() == LET_IN
         with router.raw(robot.zid, "127.0.0.2") as back:
