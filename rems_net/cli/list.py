@@ -97,10 +97,11 @@ def _stops(fabric: Fabric, *, all_there: bool) -> list[str]:
 
 def _standing(fabric: Fabric, *, holds: bool) -> Iterator[str]:
     """Yield how many robots surely stand, and a line for each other or lost one."""
-    found = standings(fabric.session, holds=holds)
-    if holds and found:
-        yield f"{sum(one.stands for one in found)} of {len(found)} robots stand."
-    for receipt in found:
+    receipts = standings(fabric.session, holds=holds)
+    if holds and receipts:
+        stand = sum(receipt.stands for receipt in receipts)
+        yield f"{stand} of {len(receipts)} robots stand."
+    for receipt in receipts:
         if receipt.standing.kind == "lost" or not receipt.stands:
             yield f"{receipt}."
 

@@ -36,7 +36,7 @@ examples:
 
 
 class Told(NamedTuple):
-    """Printed lines of one run, whether all is well there, and how many robots are."""
+    """Printed lines of one run; whether all is well there; its number of robots."""
 
     lines: list[str]
     well: bool = True
@@ -128,8 +128,8 @@ def say(
     if not everywhere_there:
         return told
     # That nobody is on the other fabrics is no news.
-    some = {n: t for n, t in told.items() if not isinstance(t, Told) or t.robots}
-    return some or told
+    news = {n: t for n, t in told.items() if not isinstance(t, Told) or t.robots}
+    return news or told
 
 
 def _known(args: argparse.Namespace) -> str:

@@ -311,4 +311,4 @@ def section(found: Sequence[Cell]) -> Section:
     lines = table(["silent", *robots], [[name, *cells] for name, cells in rows.items()])
     left = ELSEWHERE | {f"`{n}`": d[4:] for n, d in DRIVERS.items() if d[:4] == "no: "}
     text = "\n".join([TEXT, "", *(f"- {name}: {why}." for name, why in left.items())])
-    return Section("crossings", "Who goes silent, by robot", text, lines)
+    return Section("crossings", "Silent programs and machines, by robot", text, lines)

@@ -80,7 +80,7 @@ def test_a_clock_goes_on_after_pauses(way: str, tmp_path: Path) -> None:
                 least, most = LONG if random.random() < 0.05 else SHORT
                 lasts = random.uniform(least, most)
                 send(pid, signal.SIGSTOP)
-                time.sleep(lasts)
+                time.sleep(lasts)  # the length of the pause is what is tried
                 send(pid, signal.SIGCONT)
                 begun = time.monotonic()
                 first = tick(fabric)

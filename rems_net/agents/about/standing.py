@@ -15,7 +15,7 @@ LONGEST = 1e9
 
 
 class Standing(NamedTuple):
-    """Whether a robot stands still; sentences of a closed set.
+    """Report on a robot that has to stand still: one of four kinds.
 
     seconds: since its device has answered [s], if that is lost
     left: s until a watchdog in the device stops it; 0.0: it has; None: it has none

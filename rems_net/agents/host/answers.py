@@ -321,6 +321,8 @@ def tell_stopped(
     for agent in list(agents.values()):
         full = key(agent.key, "@stopped")
         if isinstance(agent, Robot) and question.covers(full):
+            if "lost" in question.parameters and agent.lockstep:
+                continue  # a simulated robot; of a crowd there are a thousand
             waits = agent.lockstep and idle
             standing = Standing("simulated") if waits else agent.standing
             if "lost" in question.parameters and standing.kind != "lost":

@@ -170,7 +170,7 @@ class Membership:
         if not newest or roster.first < self._first:
             return
         # By badge: another host may have this one's name by now.
-        here = any(e.badge == self.badge for e in roster.agents.values())
+        here = any(entry.badge == self.badge for entry in roster.agents.values())
         if not here and self._host in roster.gone:
             raise Orphaned(f"the clock gave this host up: {roster.gone[self._host]}")
         if not here and (self._admitted or not roster.agents):

@@ -254,14 +254,14 @@ def _announce(
         lines.append(
             f"rems router use {protocol}/{address}{'' if usual else f':{port}'}"
         )
-    told = "On other laptops, type one of:"
+    ways_in = "On other laptops, type one of:"
     if not lines:
-        told = "Only this machine reaches it."
+        ways_in = "Only this machine reaches it."
         if not is_here(endpoint):
-            told = "This machine has no network: connect it, and start this again."
+            ways_in = "This machine has no network: connect it, and start this again."
     elif ways[0][1]:
-        told = "No usual network is here; a laptop may reach it by one of:"
-    print(f"Open fabric {fabric}. {told}")
+        ways_in = "No usual network is here; a laptop may reach it by one of:"
+    print(f"Open fabric {fabric}. {ways_in}")
     for (host, kind), line in zip(ways, lines, strict=True):
         code = to_code(host) if usual and is_ipv4(host) else ""
         print(

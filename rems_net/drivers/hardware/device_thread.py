@@ -8,7 +8,7 @@ from math import inf
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from rems_net.agents.about.standing import Standing
+from rems_net.agents.about.standing import SENT, Standing
 from rems_net.agents.diagnosis import describe, where
 from rems_net.agents.runtime import runtime
 from rems_net.agents.wall import wall
@@ -118,7 +118,7 @@ class DeviceThread(Thread):
         """Return what is known of the device's standing still."""
         now = wall()
         if not self.ready.is_set():
-            return Standing()
+            return SENT
         silent = now - (self._lost_at or self._answered)
         if self._lost_at is not None or silent > self.device.max_age:
             left = self.device.stops_alone

@@ -6,7 +6,7 @@ from math import inf
 from threading import current_thread
 from typing import Any, ClassVar, TypeVar
 
-from rems_net.agents.about.standing import Standing, alone
+from rems_net.agents.about.standing import SENT, Standing, alone
 from rems_net.agents.diagnosis import describe
 from rems_net.agents.ports import Settings
 from rems_net.agents.robot import Driver, driver_of
@@ -134,7 +134,7 @@ class Driven(Driver):
     @property
     def standing(self) -> Standing:
         device = self._device
-        return Standing() if device is None else device.standing()
+        return SENT if device is None else device.standing()
 
     @property
     def reading_age(self) -> float:

@@ -157,11 +157,11 @@ class SerialDriven(Driven):
 
     def _find(self) -> str:
         """Return the adapter's port, which may have another name when it is back."""
-        port, found = str(self.options.port), ports()
+        port = str(self.options.port)
         if self._serial is None:
-            at = (one.serial for one in found if one.device == port)
+            at = (known.serial for known in ports() if known.device == port)
             self._serial = next(at, "")
-        elif (now := moved(port, self._serial, found)) != port:
+        elif self._serial and (now := moved(port, self._serial, ports())) != port:
             self.note(f"finds its adapter at {now}, by its serial number")
             return now
         return port
